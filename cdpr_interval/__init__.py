@@ -1,0 +1,50 @@
+"""Certified statics of cable-driven parallel robots.
+
+Importing this package imports nothing heavy; `load_robot` brings in what it needs.
+"""
+
+from __future__ import annotations
+
+import os
+from typing import TYPE_CHECKING
+
+from cdpr_interval.errors import CdprError, InputError, NotSupportedError
+
+if TYPE_CHECKING:
+    from cdpr_interval.robots.model import Robot
+
+    __version__: str
+
+__all__ = ["CdprError", "InputError", "NotSupportedError", "load_robot"]
+
+
+def load_robot(source: str | os.PathLike[str]) -> Robot:
+    """Read a robot from a ``cdpr-robot/1`` file, or one that ships with the package.
+
+    Parameters
+    ----------
+    source : str or PathLike
+        A file (YAML or JSON), or the name of a shipped robot such as ``merlet_4_1``.
+
+    Returns
+    -------
+    Robot
+        Every number the exact rational of its decimal literal, SI units.
+
+    Raises
+    ------
+    InputError
+        With one line per error, ``FILE:LINE:COLUMN: path: rule``.
+    """
+    from cdpr_interval.robots.reader import load_robot as load
+
+    return load(source)
+
+
+def __getattr__(name: str) -> str:
+    """Return ``__version__`` from the installed package's metadata, looked up on first use."""
+    if name != "__version__":
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    from importlib.metadata import version
+
+    return version("cdpr-interval")

@@ -1,0 +1,1 @@
+"""Branch and prune that knows no robot."""

@@ -1,0 +1,1 @@
+"""Compiled kernels: directed rounding, intervals, affine forms and small dense linear algebra."""

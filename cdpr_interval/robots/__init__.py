@@ -1,0 +1,1 @@
+"""Robots: frozen data (`model`), the file reader (`reader`) and the robots that ship (`library/`)."""

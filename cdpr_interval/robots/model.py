@@ -1,0 +1,93 @@
+"""A cable robot: frozen data in SI units, every number the exact rational of its source text."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from fractions import Fraction
+
+Vector = tuple[Fraction, Fraction, Fraction]
+
+
+@dataclass(frozen=True)
+class Elasticity:
+    """How a cable stretches: exactly one of the two is given."""
+
+    stiffness: Fraction | None = None
+    """Spring constant k in N/m."""
+    axial_stiffness: Fraction | None = None
+    """EA in N; k = EA / (unstretched length)."""
+
+    def spring_constant(self, unstretched_length: Fraction) -> Fraction:
+        """Return k in N/m for a cable of the given unstretched length in m."""
+        if self.stiffness is not None:
+            return self.stiffness
+        assert self.axial_stiffness is not None
+        return self.axial_stiffness / unstretched_length
+
+
+@dataclass(frozen=True)
+class Cable:
+    """One cable: exit point A_i in the base frame, platform point B_i in the platform frame, in m."""
+
+    name: str
+    frame_anchor: Vector
+    platform_anchor: Vector
+    elasticity: Elasticity | None = None
+    tension_limits: tuple[Fraction, Fraction] | None = None
+    """In N; reported against, never a filter."""
+
+
+@dataclass(frozen=True)
+class Platform:
+    """The load: mass in kg and centre of mass in the platform frame in m."""
+
+    mass: Fraction
+    centre_of_mass: Vector = (Fraction(0), Fraction(0), Fraction(0))
+
+
+@dataclass(frozen=True)
+class Uncertain:
+    """A scalar given as a range: its path in the file (``cables[1].frame_anchor_m[0]``) and bounds."""
+
+    path: str
+    lo: Fraction
+    hi: Fraction
+
+
+@dataclass(frozen=True)
+class Robot:
+    """A cable-driven parallel robot as read from a ``cdpr-robot/1`` file.
+
+    A scalar given as a range enters as its midpoint and is listed in ``uncertain``;
+    a solver that cannot treat ranges must refuse a robot whose ``uncertain`` is not empty.
+    """
+
+    name: str
+    platform: Platform
+    cables: tuple[Cable, ...]
+    gravity: Vector = (Fraction(0), Fraction(0), Fraction(-981, 100))
+    source: str | None = None
+    sha256: str = ""
+    """Hex digest of the file's bytes."""
+    uncertain: tuple[Uncertain, ...] = field(default=())
+
+    @property
+    def cable_names(self) -> tuple[str, ...]:
+        """Names in file order."""
+        return tuple(cable.name for cable in self.cables)
+
+    @property
+    def is_point_mass(self) -> bool:
+        """True when every platform anchor is the centre of mass, compared as decimals."""
+        centre = self.platform.centre_of_mass
+        return all(cable.platform_anchor == centre for cable in self.cables)
+
+    @property
+    def is_elastic(self) -> bool:
+        """True when at least one cable stretches."""
+        return any(cable.elasticity is not None for cable in self.cables)
+
+    @property
+    def is_mixed(self) -> bool:
+        """True when some cables stretch and others do not."""
+        return self.is_elastic and any(cable.elasticity is None for cable in self.cables)

@@ -1,0 +1,47 @@
+"""Solvers: forward and inverse kinematics of cable robots, and the command line.
+
+Importing this package imports neither numpy nor numba; each name below is loaded on first use.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from solvers.forward import forward_kinematics
+    from solvers.ik_result import IkResult
+    from solvers.inverse import inverse_kinematics
+    from solvers.result import Outcome, Result, Solution, StopReason
+
+_HOMES = {
+    "IkResult": "solvers.ik_result",
+    "Outcome": "solvers.result",
+    "Result": "solvers.result",
+    "Solution": "solvers.result",
+    "StopReason": "solvers.result",
+    "forward_kinematics": "solvers.forward",
+    "inverse_kinematics": "solvers.inverse",
+}
+
+__all__ = [
+    "IkResult",
+    "Outcome",
+    "Result",
+    "Solution",
+    "StopReason",
+    "forward_kinematics",
+    "inverse_kinematics",
+]
+
+
+def __getattr__(name: str) -> Any:
+    """Load a public name from its module on first use."""
+    if name not in _HOMES:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return getattr(import_module(_HOMES[name]), name)
+
+
+def __dir__() -> list[str]:
+    """List the public names beside what is loaded."""
+    return sorted({*globals(), *__all__})

@@ -1,0 +1,165 @@
+"""``cdpr-solve fk``: every static pose for given cable lengths."""
+
+from __future__ import annotations
+
+import os
+import sys
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from cdpr_interval.errors import NotSupportedError
+from solvers.commands.interrupt import interruptible
+from solvers.commands.numbers import read_count, read_float
+from solvers.input_errors import InputErrors
+from solvers.json_target import JsonTarget
+
+if TYPE_CHECKING:
+    from cdpr_interval.robots.model import Robot
+    from solvers.problem import Options, Problem
+    from solvers.result import Result
+
+
+@click.command("fk", short_help="Every static pose for given cable lengths.")
+@click.argument("robot")
+@click.option("--lengths", metavar="L1,L2,...", help="Cable lengths in m, file order, or c1=L1,c2=L2,...")
+@click.option("--problem", metavar="FILE", help="Lengths and external force from a cdpr-problem/1 file.")
+@click.option("--taut", metavar="C1,C2,...", help="One subset of taut cables instead of all subsets.")
+@click.option("--ignore-slack", is_flag=True, help="Keep poses whose other cables are not slack.")
+@click.option("--ignore-tension-sign", is_flag=True, help="Six taut cables as rigid legs.")
+@click.option(
+    "--method", default="auto", show_default=True, metavar="auto|search|convex", help="For a point mass."
+)
+@click.option(
+    "--precision", default="1e-9", show_default=True, metavar="X", help="Width of a reported solution."
+)
+@click.option("--time-limit", metavar="S", help="Stop after so many seconds.")
+@click.option("--cell-limit", metavar="N", help="Stop after so many cells.")
+@click.option("--threads", metavar="N", help="Number of threads.  [default: all cores]")
+@click.option("--json", "json_file", metavar="FILE", help="Write the result as JSON; - is standard output.")
+@click.option("--certificate", metavar="FILE", help="Not supported yet.")
+@click.option("-q", "--quiet", is_flag=True, help="No table, no progress.")
+@click.option("-v", "--verbose", is_flag=True, help="More about what is done, and about errors.")
+def command(robot: str, **given: Any) -> int:
+    """Find and prove every static pose of ROBOT for the given cable lengths.
+
+    A length may be a number, 2.69+-0.01, 2.68..2.70 or [2.68,2.70]; lengths of elastic cables are
+    unstretched. Exit code 0: all poses found; 3: something is left undecided; 4: proved that there
+    is none.
+    """
+    target = None if given["json_file"] is None else JsonTarget(given["json_file"])
+    problem, options = _read(robot, given, target)
+    with interruptible() as finish:
+        result = _solve(problem, options, quiet=given["quiet"])
+        finish()
+        try:
+            if target is not None:
+                target.write(result.to_json())
+        finally:
+            # Even when the disk is full, what was computed is shown.
+            _show(result, table=not given["quiet"] and (target is None or not target.is_stdout))
+    if given["verbose"]:
+        _log(result)
+    return _exit_code(result)
+
+
+def _read(source: str, given: dict[str, Any], target: JsonTarget | None) -> tuple[Problem, Options]:
+    """Return the checked question, or raise with every error of the command line and the files."""
+    if given["certificate"] is not None:
+        raise NotSupportedError("--certificate: certificates are not supported yet")
+    from cdpr_interval.robots.reader import load_robot
+
+    errors = InputErrors()
+    robot = errors.read(load_robot, source)
+    options = errors.read(_options, given)
+    problem = None
+    if given["lengths"] is None and given["problem"] is None:
+        errors.add("--lengths: missing (or --problem FILE)")
+    elif given["lengths"] is not None and given["problem"] is not None:
+        errors.add("--lengths: not together with --problem, which holds the lengths")
+    elif robot is not None:
+        problem = errors.read(_problem, robot, given, options)
+    if target is not None:
+        errors.read(target.require_writable)
+    errors.require_none()
+    assert problem is not None and options is not None
+    return problem, options
+
+
+def _options(given: dict[str, Any]) -> Options:
+    from solvers.forward import read_method
+    from solvers.problem import Method, Options
+
+    errors = InputErrors()
+    method = errors.read(read_method, given["method"], "--method")
+    precision = errors.read(read_float, given["precision"], "--precision")
+    seconds, cells, threads = given["time_limit"], given["cell_limit"], given["threads"]
+    if threads is None:
+        threads = str(os.cpu_count() or 1)
+    options = Options(
+        ignore_slack=given["ignore_slack"],
+        ignore_tension_sign=given["ignore_tension_sign"],
+        method=method or Method.AUTO,
+        precision=1e-9 if precision is None else precision,
+        time_limit=None if seconds is None else errors.read(read_float, seconds, "--time-limit"),
+        cell_limit=None if cells is None else errors.read(read_count, cells, "--cell-limit"),
+        threads=errors.read(read_count, threads, "--threads") or 0,
+    )
+    errors.require_none()
+    return options
+
+
+def _problem(robot: Robot, given: dict[str, Any], options: Options | None) -> Problem:
+    from solvers.forward import pose_problem
+    from solvers.problem import Options
+    from solvers.problem_file import read_problem_file
+
+    lengths, force = given["lengths"], None
+    if given["problem"] is not None:
+        lengths, force = read_problem_file(given["problem"], robot.cable_names)
+    return pose_problem(robot, lengths, given["taut"], force, options or Options(), _option_name)
+
+
+def _option_name(parameter: str) -> str:
+    return "--" + parameter.replace("_", "-")
+
+
+def _solve(problem: Problem, options: Options, quiet: bool) -> Result:
+    from dataclasses import replace
+
+    from solvers.forward import answer_question
+    from solvers.progress import ProgressDisplay
+
+    if quiet:
+        return answer_question(problem, options)
+    with ProgressDisplay(sys.stderr) as display:
+        return answer_question(problem, replace(options, progress=display))
+
+
+def _show(result: Result, table: bool) -> None:
+    from solvers.table import print_result
+
+    if table:
+        print_result(result, sys.stdout)
+    elif not result.solutions:
+        click.echo(result.message, err=True)
+
+
+def _log(result: Result) -> None:
+    for subset in result.subsets:
+        names = ",".join(result.cables[i] for i in subset.taut)
+        text = f"{subset.outcome}, {subset.solutions} solutions, {subset.cells} cells, {subset.time:.3f} s"
+        click.echo(f"{names}: {text}", err=True)
+    cost = result.statistics
+    click.echo(f"{cost.cells} cells, {cost.time:.3f} s, {cost.threads} threads", err=True)
+
+
+def _exit_code(result: Result) -> int:
+    from solvers.cli import ExitCode
+    from solvers.result import Outcome, StopReason
+
+    if result.stop_reason is StopReason.INTERRUPTED:
+        return ExitCode.INTERRUPTED
+    if result.outcome is Outcome.INCOMPLETE:
+        return ExitCode.INCOMPLETE
+    return ExitCode.COMPLETE if result.solutions else ExitCode.NO_POSE

@@ -1,0 +1,25 @@
+"""Numbers given as options of the command line."""
+
+from __future__ import annotations
+
+from cdpr_interval.errors import InputError
+from cdpr_interval.robots.literal import quote, read_number
+
+
+def read_float(text: str, label: str) -> float:
+    """Return the double nearest to a number; `InputError` when the text is none."""
+    try:
+        return float(read_number(text.strip()))
+    except ValueError as error:
+        raise InputError(f"{label}: {error}") from None
+
+
+def read_count(text: str, label: str) -> int:
+    """Return a whole number; `InputError` when the text is none."""
+    try:
+        value = read_number(text.strip())
+    except ValueError as error:
+        raise InputError(f"{label}: {error}") from None
+    if value.denominator != 1:
+        raise InputError(f"{label}: {quote(text)} is not a whole number")
+    return int(value)

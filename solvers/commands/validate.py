@@ -1,0 +1,62 @@
+"""``cdpr-solve validate``: reads a robot file and prints what it says, or every error in it."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from typing import TYPE_CHECKING
+
+import click
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from cdpr_interval.robots.model import Cable, Robot
+
+
+@click.command("validate", short_help="Read a robot file and print a summary, or every error.")
+@click.argument("robot")
+def command(robot: str) -> int:
+    """Read ROBOT and print a summary, or every error with line and column."""
+    from cdpr_interval.robots.reader import load_robot
+
+    for line in _summary(load_robot(robot)):
+        click.echo(line)
+    return 0
+
+
+def _summary(robot: Robot) -> list[str]:
+    kind = "point mass" if robot.is_point_mass else "six-dof platform"
+    cables = "mixed cables" if robot.is_mixed else "elastic" if robot.is_elastic else "inextensible"
+    lines = [
+        f"{robot.name}: valid, {kind} on {len(robot.cables)} cables, {cables}",
+        f"  mass {_number(robot.platform.mass)} kg",
+        f"  centre of mass {_vector(robot.platform.centre_of_mass)} m",
+        f"  gravity {_vector(robot.gravity)} m/s2",
+    ]
+    if robot.source is not None:
+        lines.append(f"  source: {robot.source}")
+    lines += [f"  {_cable(cable)}" for cable in robot.cables]
+    lines += [
+        f"  uncertain: {scalar.path} in [{_number(scalar.lo)}, {_number(scalar.hi)}]"
+        for scalar in robot.uncertain
+    ]
+    return lines
+
+
+def _cable(cable: Cable) -> str:
+    text = f"{cable.name}: from {_vector(cable.frame_anchor)} m to {_vector(cable.platform_anchor)} m"
+    if cable.elasticity is not None and cable.elasticity.stiffness is not None:
+        text += f", {_number(cable.elasticity.stiffness)} N/m"
+    elif cable.elasticity is not None and cable.elasticity.axial_stiffness is not None:
+        text += f", EA = {_number(cable.elasticity.axial_stiffness)} N"
+    if cable.tension_limits is not None:
+        text += f", tension {_number(cable.tension_limits[0])} to {_number(cable.tension_limits[1])} N"
+    return text
+
+
+def _vector(values: Iterable[Fraction]) -> str:
+    return "(" + ", ".join(_number(value) for value in values) + ")"
+
+
+def _number(value: Fraction) -> str:
+    return str(value.numerator) if value.denominator == 1 else repr(float(value))

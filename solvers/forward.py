@@ -1,0 +1,279 @@
+"""Forward kinematics: the question is checked, put to the solver of the robot's class, and reported."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+
+from cdpr_interval.errors import InputError, NotSupportedError
+from cdpr_interval.robots.model import Robot
+from solvers.force import NO_LOAD, ZERO, read_force
+from solvers.input_errors import InputErrors
+from solvers.lengths import read_lengths
+from solvers.problem import LengthRange, Method, Options, Problem, Progress
+from solvers.result import (
+    Answer,
+    Bounds,
+    Outcome,
+    Question,
+    Result,
+    RobotIdentity,
+    Statistics,
+    StopReason,
+)
+from solvers.result_order import sort_solutions, sort_subsets, sort_undecided
+from solvers.subset import check_subset_size, read_subset
+from solvers.tool import this_tool
+from solvers.verification import model_name
+
+_STOPPED = {
+    StopReason.TIME_LIMIT: "stopped at the time limit",
+    StopReason.CELL_LIMIT: "stopped at the cell limit",
+    StopReason.INTERRUPTED: "interrupted",
+    StopReason.EXHAUSTED: "finished",
+}
+
+
+def forward_kinematics(
+    robot: Robot,
+    lengths: str | Sequence[Any] | Mapping[str, Any],
+    *,
+    taut: str | Iterable[str | int] | None = None,
+    ignore_slack: bool = False,
+    ignore_tension_sign: bool = False,
+    method: str = "auto",
+    precision: float = 1e-9,
+    external_force: Sequence[Any] | None = None,
+    time_limit: float | None = None,
+    cell_limit: int | None = None,
+    threads: int = 1,
+    progress: Callable[[Progress], None] | None = None,
+) -> Result:
+    """Find and prove every static pose of a robot for given cable lengths.
+
+    Parameters
+    ----------
+    robot : Robot
+        As `cdpr_interval.load_robot` returns it.
+    lengths : sequence, mapping or str
+        One length per cable in m, in file order or by name; unstretched for elastic cables. A float is
+        that exact double; a str, Decimal or Fraction is exact; a pair (lo, hi) is a range.
+    taut : iterable of str or int, optional
+        One subset of taut cables (names or indices from 0) instead of all subsets.
+    ignore_slack : bool
+        Keep poses at which a cable outside the taut subset is too short to be slack, marked so.
+    ignore_tension_sign : bool
+        Six taut cables of a platform as rigid legs, tensions of any sign.
+    method : {"auto", "search", "convex"}
+        How a point-mass robot is solved.
+    precision : float
+        Target width of the position (m) and rotation entries of a solution when the input is exact.
+    external_force : sequence of 3 numbers, optional
+        Constant force at the centre of mass in N, base axes, added to the weight.
+    time_limit : float, optional
+        Seconds of wall time.
+    cell_limit : int, optional
+        Number of cells of the search.
+    threads : int
+        The solutions do not depend on it.
+    progress : callable, optional
+        Called with a `Progress` a few times a second.
+
+    Returns
+    -------
+    Result
+        Also when a budget ran out or the run was interrupted (Ctrl-C): with what was proved until
+        then, and what is left counted as pending.
+
+    Raises
+    ------
+    InputError
+        With one message per error.
+    NotSupportedError
+        The question is valid, but this version cannot answer it.
+
+    Guarantee
+    ---------
+    When the outcome is COMPLETE, no static pose of what was asked is missing from the solutions.
+    """
+    options = Options(
+        ignore_slack=ignore_slack,
+        ignore_tension_sign=ignore_tension_sign,
+        method=read_method(method),
+        precision=precision,
+        time_limit=time_limit,
+        cell_limit=cell_limit,
+        threads=threads,
+        progress=progress,
+    )
+    return answer_question(pose_problem(robot, lengths, taut, external_force, options), options)
+
+
+def refuse_unsupported(robot: Robot) -> None:
+    """Raise `NotSupportedError` for a robot that no solver of this version can treat."""
+    if robot.uncertain:
+        places = ", ".join(scalar.path for scalar in robot.uncertain)
+        raise NotSupportedError(f"robot '{robot.name}': uncertain scalars are not supported yet: {places}")
+    if robot.is_mixed:
+        raise NotSupportedError(
+            f"robot '{robot.name}': elastic and inextensible cables in one robot are not supported yet"
+        )
+    if robot.is_elastic and not robot.is_point_mass:
+        raise NotSupportedError(f"robot '{robot.name}': elastic cables of a platform are not supported yet")
+
+
+def pose_problem(
+    robot: Robot,
+    lengths: Any,
+    taut: Any,
+    external_force: Any,
+    options: Options,
+    label: Callable[[str], str] = str,
+) -> Problem:
+    """Return the checked problem.
+
+    Parameters
+    ----------
+    robot, lengths, taut, external_force, options
+        As `forward_kinematics`.
+    label : callable
+        From a parameter's name to what messages call it.
+
+    Raises
+    ------
+    InputError
+        With one message per rule that is broken.
+    NotSupportedError
+        When all rules are kept, but no solver of this version can treat the robot.
+    """
+    errors = InputErrors()
+    names = robot.cable_names
+    ranges = errors.read(read_lengths, lengths, names, label("lengths")) or ()
+    force = ZERO if external_force is None else errors.read(read_force, external_force) or ZERO
+    subset = None if taut is None else errors.read(read_subset, taut, names, label("taut"))
+    if subset is not None:
+        errors.read(check_subset_size, robot, subset, label("taut"))
+    if taut is None and options.ignore_tension_sign and len(names) == 6:
+        subset = tuple(range(6))
+    if options.ignore_tension_sign and (taut is None or subset is not None):
+        count = len(names) if subset is None else len(subset)
+        if robot.is_point_mass or count != 6:
+            kind = "a point mass" if robot.is_point_mass else f"{count} cables"
+            rule = f"needs exactly six taut cables of a platform, got {kind}"
+            errors.add(f"{label('ignore_tension_sign')}: {rule}")
+    if options.method is Method.CONVEX and not robot.is_point_mass:
+        errors.add(f"{label('method')}: 'convex' is for point-mass robots, this is a platform")
+    _check_budgets(options, errors, label)
+    problem = Problem(robot, ranges, force, subset)
+    if not any(problem.load):
+        errors.add(NO_LOAD)
+    errors.require_none()
+    refuse_unsupported(robot)
+    return problem
+
+
+def _check_budgets(options: Options, errors: InputErrors, label: Callable[[str], str]) -> None:
+    for name, value in (("precision", options.precision), ("time_limit", options.time_limit)):
+        if value is not None and not (math.isfinite(value) and value > 0.0):
+            errors.add(f"{label(name)}: must be a positive number, got {value!r}")
+    for name, count in (("cell_limit", options.cell_limit), ("threads", options.threads)):
+        if count is not None and count < 1:
+            errors.add(f"{label(name)}: must be at least 1, got {count!r}")
+
+
+def read_method(name: str, label: str = "method") -> Method:
+    """Return the method of that name; `InputError` when there is none."""
+    try:
+        return Method(name)
+    except ValueError:
+        raise InputError(f"{label}: must be one of {', '.join(Method)}, got {name!r}") from None
+
+
+def answer_question(problem: Problem, options: Options) -> Result:
+    """Put a checked question to the solver of the robot's class and return the result."""
+    start = time.perf_counter()
+    try:
+        answer = _solve(problem, options)
+    except KeyboardInterrupt:
+        # The solvers return what they have; this is an interrupt before or after their search.
+        answer = Answer((), pending=1, stop_reason=StopReason.INTERRUPTED)
+    return build_result(problem, options, answer, time.perf_counter() - start)
+
+
+def _solve(problem: Problem, options: Options) -> Answer:
+    if problem.robot.is_point_mass:
+        from solvers import point_mass
+
+        answer: Answer = point_mass.solve(problem, options)
+        return answer
+    from solvers import six_dof
+
+    answer = six_dof.solve(problem, options)
+    return answer
+
+
+def build_result(problem: Problem, options: Options, answer: Answer, seconds: float) -> Result:
+    """Return the result: the answer in canonical order, with the question it answers."""
+    robot = problem.robot
+    fx, fy, fz = (float(component) for component in problem.external_force)
+    return Result(
+        tool=this_tool(),
+        robot=RobotIdentity(robot.name, robot.sha256),
+        model=model_name(robot),
+        cables=robot.cable_names,
+        lengths=_enclosing(problem.lengths),
+        question=Question(
+            taut=problem.taut,
+            ignore_slack=options.ignore_slack,
+            ignore_tension_sign=options.ignore_tension_sign,
+            method=options.method.value,
+            precision=options.precision,
+            external_force=(fx, fy, fz),
+        ),
+        outcome=answer.outcome,
+        stop_reason=answer.stop_reason,
+        message=_message(answer),
+        solutions=sort_solutions(answer.solutions),
+        undecided=sort_undecided(answer.undecided),
+        pending=answer.pending,
+        subsets=sort_subsets(answer.subsets),
+        statistics=Statistics(answer.cells, seconds, options.threads),
+    )
+
+
+def _enclosing(ranges: Iterable[LengthRange]) -> Bounds:
+    """Return the tightest doubles around exact ranges, (N, 2)."""
+    return np.array([(_below(lo), -_below(-hi)) for lo, hi in ranges], dtype=np.float64)
+
+
+def _below(value: Fraction) -> float:
+    """Return the largest double that is not above the value."""
+    nearest = float(value)
+    return nearest if Fraction(nearest) <= value else math.nextafter(nearest, -math.inf)
+
+
+def _message(answer: Answer) -> str:
+    """Return one sentence that says what was found and whether it is everything."""
+    count = len(answer.solutions)
+    poses = f"{count} static pose" + ("s" if count != 1 else "")
+    if answer.outcome is Outcome.COMPLETE:
+        if count == 0:
+            return answer.message or "there is no static pose for these lengths"
+        proved = f"{poses}, proved to be all"
+        return f"{proved}; {answer.message}" if answer.message else proved
+    left = []
+    open_poses = sum(s.slack_respected is None or "undecided" in s.cable_states for s in answer.solutions)
+    if open_poses:
+        left.append(f"{open_poses} with a cable just taut or just slack")
+    if answer.undecided:
+        regions = len(answer.undecided)
+        left.append(f"{regions} region" + ("s" if regions != 1 else "") + " undecided")
+    if answer.pending:
+        left.append(f"{answer.pending} cell" + ("s" if answer.pending != 1 else "") + " not looked at")
+    text = f"{_STOPPED[answer.stop_reason]}: {poses} proved" + "".join(f", {part}" for part in left)
+    return f"{text}; {answer.message}" if answer.message else text

@@ -1,0 +1,349 @@
+"""The full square system of a taut subset: interval evaluation, float Newton, Krawczyk proof.
+
+Unknowns z = (u (3), p (3), t (n)) with t_i = tension_i / l_i; p is the centre of mass in the model's
+base frame. Equations: |e_i|^2 - l_i^2 = 0 (n), then the force and moment sums sum t_i e_i + f and
+sum t_i r_i x (A_i - p) (r_i x e_i is the same), of which a reduced problem keeps only combinations:
+``rows`` (m, 6) are the combinations of the six statics equations and ``free`` the indices of z
+that are not fixed, with len(free) = n + m.
+
+Interval arrays have shape (..., 2); bounds of every entry enclose over the box.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from numba import njit
+
+from cdpr_interval.kernels import interval
+from cdpr_interval.kernels.dense import solve_in_place
+from cdpr_interval.kernels.rounding import down, up
+
+
+@njit(cache=True, nogil=True)
+def accumulate(out: Any, i: int, j: int, lo: float, hi: float) -> None:
+    """Add [lo, hi] to entry (i, j) of an interval matrix."""
+    out[i, j, 0] = down(out[i, j, 0] + lo)
+    out[i, j, 1] = up(out[i, j, 1] + hi)
+
+
+@njit(cache=True, nogil=True)
+def rotation_interval(z: Any, R: Any, dR: Any) -> None:
+    """Enclose R(u) (3, 3, 2) and its derivatives dR[k] (3, 3, 3, 2) over the box z."""
+    slo, shi = 1.0, 1.0
+    for k in range(3):
+        a, b = interval.sqr(z[k, 0], z[k, 1])
+        slo, shi = interval.add(slo, shi, a, b)
+    glo, ghi = interval.div(2.0, 2.0, slo, shi)
+    # N = [u]_x + u u^T - |u|^2 I and dN/du_k, exact products of the entries of u.
+    for i in range(3):
+        for j in range(3):
+            if i == j:
+                a, b = (i + 1) % 3, (i + 2) % 3
+                qlo, qhi = interval.sqr(z[a, 0], z[a, 1])
+                rlo, rhi = interval.sqr(z[b, 0], z[b, 1])
+                nlo, nhi = interval.add(qlo, qhi, rlo, rhi)
+                nlo, nhi = -nhi, -nlo
+            else:
+                k = 3 - i - j
+                nlo, nhi = interval.mul(z[i, 0], z[i, 1], z[j, 0], z[j, 1])
+                # [u]_x has -u_k at (i, j) when (i, j, k) is an even permutation, +u_k otherwise.
+                if (j - i) % 3 == 1:
+                    nlo, nhi = interval.sub(nlo, nhi, z[k, 0], z[k, 1])
+                else:
+                    nlo, nhi = interval.add(nlo, nhi, z[k, 0], z[k, 1])
+            nlo, nhi = interval.mul(glo, ghi, nlo, nhi)
+            for k in range(3):
+                dlo, dhi = 0.0, 0.0
+                if i == j:
+                    if k != i:
+                        dlo, dhi = -2.0 * z[k, 1], -2.0 * z[k, 0]
+                else:
+                    if k == i:
+                        dlo, dhi = z[j, 0], z[j, 1]
+                    elif k == j:
+                        dlo, dhi = z[i, 0], z[i, 1]
+                    elif (j - i) % 3 == 1:
+                        dlo, dhi = -1.0, -1.0
+                    else:
+                        dlo, dhi = 1.0, 1.0
+                # d(g N) = g dN - g u_k (g N), since dg/du_k = -g^2 u_k.
+                tlo, thi = interval.mul(z[k, 0], z[k, 1], nlo, nhi)
+                dlo, dhi = interval.sub(dlo, dhi, tlo, thi)
+                dlo, dhi = interval.mul(glo, ghi, dlo, dhi)
+                dR[k, i, j, 0] = dlo
+                dR[k, i, j, 1] = dhi
+            if i == j:
+                nlo, nhi = interval.add(1.0, 1.0, nlo, nhi)
+            # The entries of a rotation lie in [-1, 1].
+            R[i, j, 0] = max(nlo, -1.0)
+            R[i, j, 1] = min(nhi, 1.0)
+
+
+@njit(cache=True, nogil=True)
+def matrix_point(M: Any, model: Any, chart: int, i: int, out: Any) -> None:
+    """Enclose M b_i in out (3, 2)."""
+    for r in range(3):
+        lo, hi = 0.0, 0.0
+        for c in range(3):
+            b = model.points[chart, i, c]
+            e = model.points_err[i, c]
+            a0, a1 = interval.mul(M[r, c, 0], M[r, c, 1], down(b - e), up(b + e))
+            lo, hi = interval.add(lo, hi, a0, a1)
+        out[r, 0] = lo
+        out[r, 1] = hi
+
+
+@njit(cache=True, nogil=True)
+def system(model: Any, chart: int, z: Any, f: Any, J: Any, jacobian: bool) -> None:
+    """Enclose all n + 6 equations f (n + 6, 2) and, if asked, their derivatives J (n + 6, 6 + n, 2) over z."""
+    n = model.n_taut
+    R = np.empty((3, 3, 2))
+    dR = np.empty((3, 3, 3, 2))
+    rotation_interval(z, R, dR)
+    r = np.empty((3, 2))
+    dr = np.empty((3, 3, 2))
+    q = np.empty((3, 2))
+    e = np.empty((3, 2))
+    f[:, :] = 0.0
+    if jacobian:
+        J[:, :, :] = 0.0
+    for k in range(3):
+        f[n + k, 0] = down(model.load[k] - model.load_err[k])
+        f[n + k, 1] = up(model.load[k] + model.load_err[k])
+    for i in range(n):
+        matrix_point(R, model, chart, i, r)
+        t0, t1 = z[6 + i, 0], z[6 + i, 1]
+        s0, s1 = 0.0, 0.0
+        for k in range(3):
+            a = model.anchors[i, k]
+            w = model.anchors_err[i, k]
+            q[k, 0], q[k, 1] = interval.sub(down(a - w), up(a + w), z[3 + k, 0], z[3 + k, 1])
+            e[k, 0], e[k, 1] = interval.sub(q[k, 0], q[k, 1], r[k, 0], r[k, 1])
+            x0, x1 = interval.sqr(e[k, 0], e[k, 1])
+            s0, s1 = interval.add(s0, s1, x0, x1)
+        l = model.lengths_sq[i]
+        w = model.lengths_sq_err[i]
+        f[i, 0], f[i, 1] = interval.sub(s0, s1, down(l - w), up(l + w))
+        for k in range(3):
+            x0, x1 = interval.mul(t0, t1, e[k, 0], e[k, 1])
+            f[n + k, 0], f[n + k, 1] = interval.add(f[n + k, 0], f[n + k, 1], x0, x1)
+            a, b = (k + 1) % 3, (k + 2) % 3
+            m0, m1 = interval.mul(r[a, 0], r[a, 1], q[b, 0], q[b, 1])
+            v0, v1 = interval.mul(r[b, 0], r[b, 1], q[a, 0], q[a, 1])
+            m0, m1 = interval.sub(m0, m1, v0, v1)
+            x0, x1 = interval.mul(t0, t1, m0, m1)
+            f[n + 3 + k, 0], f[n + 3 + k, 1] = interval.add(f[n + 3 + k, 0], f[n + 3 + k, 1], x0, x1)
+            if jacobian:
+                J[n + k, 6 + i, 0], J[n + k, 6 + i, 1] = e[k, 0], e[k, 1]
+                J[n + 3 + k, 6 + i, 0], J[n + 3 + k, 6 + i, 1] = m0, m1
+        if jacobian:
+            for k in range(3):
+                matrix_point(dR[k], model, chart, i, dr[k])
+            cable_derivatives(n, i, t0, t1, r, q, e, dr, J)
+
+
+@njit(cache=True, nogil=True)
+def cable_derivatives(n: int, i: int, t0: float, t1: float, r: Any, q: Any, e: Any, dr: Any, J: Any) -> None:
+    """Add cable i's part of the derivatives by u and p."""
+    for k in range(3):
+        # |e|^2 by u_k: -2 e . dr_k; by p_k: -2 e_k.
+        s0, s1 = 0.0, 0.0
+        for c in range(3):
+            x0, x1 = interval.mul(e[c, 0], e[c, 1], dr[k, c, 0], dr[k, c, 1])
+            s0, s1 = interval.add(s0, s1, x0, x1)
+            # Force by u_k: -t dr_k.
+            x0, x1 = interval.mul(t0, t1, dr[k, c, 0], dr[k, c, 1])
+            accumulate(J, n + c, k, -x1, -x0)
+            # Moment by u_k: t dr_k x q.
+            a, b = (c + 1) % 3, (c + 2) % 3
+            m0, m1 = interval.mul(dr[k, a, 0], dr[k, a, 1], q[b, 0], q[b, 1])
+            v0, v1 = interval.mul(dr[k, b, 0], dr[k, b, 1], q[a, 0], q[a, 1])
+            m0, m1 = interval.sub(m0, m1, v0, v1)
+            m0, m1 = interval.mul(t0, t1, m0, m1)
+            accumulate(J, n + 3 + c, k, m0, m1)
+        J[i, k, 0], J[i, k, 1] = -2.0 * s1, -2.0 * s0
+        J[i, 3 + k, 0], J[i, 3 + k, 1] = -2.0 * e[k, 1], -2.0 * e[k, 0]
+        accumulate(J, n + k, 3 + k, -t1, -t0)
+        # Moment t r x (A - p) by p_k: -t r x unit_k = t unit_k x r.
+        a, b = (k + 1) % 3, (k + 2) % 3
+        x0, x1 = interval.mul(t0, t1, r[b, 0], r[b, 1])
+        accumulate(J, n + 3 + a, 3 + k, -x1, -x0)
+        x0, x1 = interval.mul(t0, t1, r[a, 0], r[a, 1])
+        accumulate(J, n + 3 + b, 3 + k, x0, x1)
+
+
+@njit(cache=True, nogil=True)
+def reduced(n: int, rows: Any, free: Any, full: Any, column: int, out: Any) -> None:
+    """Keep the n length equations and the combinations ``rows`` of the statics ones.
+
+    ``full`` (n + 6, m, 2); writes column ``column`` of it, reduced, to out (n + len(rows), 2).
+    """
+    for i in range(n):
+        out[i, 0] = full[i, column, 0]
+        out[i, 1] = full[i, column, 1]
+    for i in range(rows.shape[0]):
+        lo, hi = 0.0, 0.0
+        for k in range(6):
+            c = rows[i, k]
+            if c != 0.0:
+                a, b = interval.scale(c, full[n + k, column, 0], full[n + k, column, 1])
+                lo, hi = interval.add(lo, hi, a, b)
+        out[n + i, 0] = lo
+        out[n + i, 1] = hi
+
+
+@njit(cache=True, nogil=True)
+def jacobian_over(model: Any, chart: int, rows: Any, free: Any, z: Any, J: Any) -> None:
+    """Enclose the reduced square Jacobian (m, m, 2) over the box z (6 + n, 2)."""
+    n = model.n_taut
+    m = free.shape[0]
+    full_f = np.empty((n + 6, 2))
+    full = np.empty((n + 6, 6 + n, 2))
+    system(model, chart, z, full_f, full, True)
+    column = np.empty((m, 2))
+    for j in range(m):
+        reduced(n, rows, free, full, free[j], column)
+        for i in range(m):
+            J[i, j, 0] = column[i, 0]
+            J[i, j, 1] = column[i, 1]
+
+
+@njit(cache=True, nogil=True)
+def residual_at(model: Any, chart: int, rows: Any, free: Any, z: Any, out: Any) -> None:
+    """Enclose the reduced equations (m, 2) over the box z."""
+    n = model.n_taut
+    full = np.empty((n + 6, 1, 2))
+    unused = np.empty((1, 1, 2))
+    system(model, chart, z, full[:, 0, :], unused, False)
+    reduced(n, rows, free, full, 0, out)
+
+
+@njit(cache=True, nogil=True)
+def inverse_at(J: Any, C: Any) -> bool:
+    """Write the float inverse of the middle of J (m, m, 2) to C (m, m)."""
+    m = J.shape[0]
+    a = np.zeros((m, 2 * m))
+    for i in range(m):
+        for j in range(m):
+            a[i, j] = 0.5 * (J[i, j, 0] + J[i, j, 1])
+        a[i, m + i] = 1.0
+    if not solve_in_place(a, m, m):
+        return False
+    for i in range(m):
+        for j in range(m):
+            C[i, j] = a[i, m + j]
+    return True
+
+
+@njit(cache=True, nogil=True)
+def newton(model: Any, chart: int, rows: Any, free: Any, z: Any, steps: int) -> bool:
+    """Improve z (6 + n,) by Newton steps in floats; True when it converged."""
+    m = free.shape[0]
+    box = np.empty((z.shape[0], 2))
+    J = np.empty((m, m, 2))
+    f = np.empty((m, 2))
+    a = np.zeros((m, m + 1))
+    last = math.inf
+    for _ in range(steps):
+        for k in range(z.shape[0]):
+            box[k, 0] = z[k]
+            box[k, 1] = z[k]
+        jacobian_over(model, chart, rows, free, box, J)
+        residual_at(model, chart, rows, free, box, f)
+        for i in range(m):
+            for j in range(m):
+                a[i, j] = 0.5 * (J[i, j, 0] + J[i, j, 1])
+            a[i, m] = 0.5 * (f[i, 0] + f[i, 1])
+        if not solve_in_place(a, m, 1):
+            return False
+        step = 0.0
+        for i in range(m):
+            z[free[i]] -= a[i, m]
+            step = max(step, abs(a[i, m]) / (1.0 + abs(z[free[i]])))
+        if not step < 1e6:
+            return False
+        if step < 1e-14 or (step < 1e-10 and step >= last):
+            return True
+        last = step
+    return last < 1e-9
+
+
+@njit(cache=True, nogil=True)
+def krawczyk_matrix(model: Any, chart: int, rows: Any, free: Any, C: Any, z: Any, out: Any) -> None:
+    """Enclose I - C J(z) in out (m, m, 2)."""
+    m = free.shape[0]
+    J = np.empty((m, m, 2))
+    jacobian_over(model, chart, rows, free, z, J)
+    for i in range(m):
+        for j in range(m):
+            lo = 1.0 if i == j else 0.0
+            hi = lo
+            for k in range(m):
+                a, b = interval.scale(C[i, k], J[k, j, 0], J[k, j, 1])
+                lo, hi = interval.sub(lo, hi, a, b)
+            out[i, j, 0] = lo
+            out[i, j, 1] = hi
+
+
+@njit(cache=True, nogil=True)
+def krawczyk(model: Any, chart: int, rows: Any, free: Any, C: Any, z: Any, image: Any) -> bool:
+    """Apply the Krawczyk operator to the box z (6 + n, 2); True when the image lies strictly inside.
+
+    Guarantee: True proves that for every choice of the data in their enclosures (lengths in
+    their ranges included) the box holds exactly one zero of the reduced square system, and that
+    it lies in ``image``. (R. Krawczyk 1969; R. E. Moore 1977; S. M. Rump, Acta Numerica 2010, thm 13.2.)
+    The middle is a point box inside z, and the derivative enclosure is that of z itself.
+    """
+    m = free.shape[0]
+    middle = np.empty_like(z)
+    for k in range(z.shape[0]):
+        x = interval.mid(z[k, 0], z[k, 1])
+        middle[k, 0] = x
+        middle[k, 1] = x
+        image[k, 0] = z[k, 0]
+        image[k, 1] = z[k, 1]
+    # Fixed unknowns keep their (exact, zero-width) values in both.
+    f = np.empty((m, 2))
+    residual_at(model, chart, rows, free, middle, f)
+    E = np.empty((m, m, 2))
+    krawczyk_matrix(model, chart, rows, free, C, z, E)
+    inside = True
+    for i in range(m):
+        x = middle[free[i], 0]
+        lo, hi = x, x
+        for k in range(m):
+            a, b = interval.scale(C[i, k], f[k, 0], f[k, 1])
+            lo, hi = interval.sub(lo, hi, a, b)
+        for j in range(m):
+            y = middle[free[j], 0]
+            d0, d1 = interval.sub(z[free[j], 0], z[free[j], 1], y, y)
+            a, b = interval.mul(E[i, j, 0], E[i, j, 1], d0, d1)
+            lo, hi = interval.add(lo, hi, a, b)
+        image[free[i], 0] = lo
+        image[free[i], 1] = hi
+        if not (z[free[i], 0] < lo and hi < z[free[i], 1]):
+            inside = False
+    return inside
+
+
+@njit(cache=True, nogil=True)
+def regular(model: Any, chart: int, rows: Any, free: Any, C: Any, z: Any) -> bool:
+    """Return True when the square system has at most one zero in the box z (for every choice of data).
+
+    Proof: with d the half widths of z, |I - C J(z)| d < d shows that every matrix in C J(z) is
+    regular; two zeros would differ by a kernel vector of one of them (mean value theorem, row by row).
+    """
+    m = free.shape[0]
+    E = np.empty((m, m, 2))
+    krawczyk_matrix(model, chart, rows, free, C, z, E)
+    for i in range(m):
+        total = 0.0
+        for j in range(m):
+            d = up(z[free[j], 1] - z[free[j], 0])
+            total = up(total + up(interval.mag(E[i, j, 0], E[i, j, 1]) * d))
+        if not total < down(z[free[i], 1] - z[free[i], 0]):
+            return False
+    return True

@@ -1,0 +1,209 @@
+"""Family poses: the axis of each family, where the other cables are slack, and where it ends."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from flint import arb, arb_mat
+from numpy.typing import NDArray
+
+from solvers import balls
+from solvers.arcs import Arc, ArcEnd, Circle, circle, common_arcs
+from solvers.platform_families import Classification, Kind
+from solvers.platform_frame import Pose, upward
+from solvers.platform_solution import length_ball, pose_solution, turning
+from solvers.problem import Options, Problem
+from solvers.result import CableState, Family, Proof, Solution
+
+Floats = NDArray[np.float64]
+
+TORUS_STEPS = 256
+"""Pieces into which the second angle of a torus is cut to look at the other cables."""
+
+
+@dataclass(frozen=True)
+class Axis:
+    """A line about which a pose may turn: a point and a unit direction, base frame."""
+
+    point: arb_mat
+    direction: arb_mat
+
+
+@dataclass(frozen=True)
+class FamilyEnd:
+    """A pose of a family at which one more cable is exactly tight, with zero tension."""
+
+    taut: tuple[int, ...]
+    cable: int
+    pose: Pose
+
+
+def turned(pose: Pose, axis: Axis, angle: arb) -> Pose:
+    """Return the pose turned about the axis."""
+    r = balls.turn(axis.direction, angle)
+    return Pose(r * pose.rotation, axis.point + r * (pose.centre - axis.point), pose.densities)
+
+
+def axes_of(problem: Problem, taut: tuple[int, ...], kind: Classification, pose: Pose) -> list[Axis]:
+    """Return the axes of a pose's family: none, one, or two for a torus."""
+    up = upward(problem)
+    found = []
+    if kind.kind is Kind.ONE_POINT:
+        b = balls.fractions(problem.anchors_from_centre[taut[0]])
+        found.append(Axis(pose.centre + pose.rotation * b, up))
+    if kind.vertical:
+        found.append(Axis(balls.fractions(problem.robot.cables[taut[0]].frame_anchor), up))
+    if kind.rod:
+        b = next(v for v in (problem.anchors_from_centre[i] for i in taut) if any(v))
+        direction = balls.fractions(b)
+        found.append(Axis(pose.centre, pose.rotation * direction * (1 / balls.norm(direction))))
+    return found
+
+
+def circles(problem: Problem, taut: tuple[int, ...], pose: Pose, axis: Axis) -> list[Circle]:
+    """Return the squared distances of all other cables when the pose turns about the axis."""
+    found = []
+    for j, cable in enumerate(problem.robot.cables):
+        if j in taut:
+            continue
+        point = pose.centre + pose.rotation * balls.fractions(problem.anchors_from_centre[j])
+        found.append(
+            circle(
+                j,
+                balls.fractions(cable.frame_anchor),
+                point,
+                axis.point,
+                axis.direction,
+                length_ball(problem, j),
+            )
+        )
+    return found
+
+
+def turning_solutions(
+    problem: Problem, options: Options, taut: tuple[int, ...], pose: Pose, axis: Axis
+) -> tuple[list[Solution], list[FamilyEnd]]:
+    """Return a one-axis family (one entry, or none where no angle leaves the others slack) and its ends."""
+    around = circles(problem, taut, pose, axis)
+    ends = [FamilyEnd(taut, c.cable, turned(pose, axis, angle)) for c in around for angle in crossings(c)]
+    full = [Arc(ArcEnd(-arb.pi(), None), ArcEnd(arb.pi(), None))]
+    arcs: list[Arc] | None
+    if options.ignore_slack:
+        arcs = full
+        states = {c.cable: everywhere(c) for c in around}
+    else:
+        arcs = common_arcs(around)
+        states = {c.cable: True for c in around}
+        if arcs is None:
+            arcs = full
+            states = {c.cable: everywhere(c) for c in around}
+            if any(s is False for s in states.values()):
+                return [], ends
+            states = {c: s or None for c, s in states.items()}
+    if not arcs:
+        return [], ends
+    longest = max(arcs, key=lambda a: float(a.width.mid()))
+    zero = ((longest.start.angle + longest.end.angle) / 2).mid()
+    if arcs is not full and any(a.start.cable is not None for a in arcs):
+        pose = turned(pose, axis, zero)
+    else:
+        zero = arb(0)
+    family = Family(
+        kind="rotation",
+        axis_point=balls.bounds_array(axis.point),
+        axis_direction=balls.bounds_array(axis.direction),
+        angle_ranges=np.array(
+            [[balls.to_bounds(a.start.angle - zero), balls.to_bounds(a.end.angle - zero)] for a in arcs]
+        ),
+    )
+    motion = turning(axis.point, axis.direction, pose.centre)
+    found = pose_solution(
+        problem,
+        options,
+        taut,
+        pose,
+        proof=Proof.FAMILY,
+        family=family,
+        family_motions=[motion],
+        slack_everywhere=states,
+    )
+    return ([] if found is None else [found]), ends
+
+
+def everywhere(c: Circle) -> bool | None:
+    """Return True where a cable is slack at every angle, False where it is too long at every one."""
+    arc = c.arc()
+    return arc if isinstance(arc, bool) else None
+
+
+def crossings(c: Circle) -> list[arb]:
+    """Return the angles at which a cable is exactly tight."""
+    arc = c.arc()
+    return [arc.start.angle, arc.end.angle] if isinstance(arc, Arc) else []
+
+
+def torus_solutions(
+    problem: Problem, options: Options, taut: tuple[int, ...], pose: Pose, axes: list[Axis]
+) -> list[Solution]:
+    """Return a two-axis family as one entry; cables slack only for some of its angles stay undecided."""
+    states: dict[int, bool | None] = {}
+    step = 2 * arb.pi() / TORUS_STEPS
+    for piece in range(TORUS_STEPS):
+        angle = (step * piece).union(step * (piece + 1))
+        for c in circles(problem, taut, turned(pose, axes[1], angle), axes[0]):
+            seen = everywhere(c)
+            states[c.cable] = seen if piece == 0 or states[c.cable] == seen else None
+    if not options.ignore_slack and any(s is False for s in states.values()):
+        return []
+    whole = [balls.to_bounds(-arb.pi()), balls.to_bounds(arb.pi())]
+    family = Family(
+        kind="torus",
+        axis_point=np.array([balls.bounds_array(a.point) for a in axes]),
+        axis_direction=np.array([balls.bounds_array(a.direction) for a in axes]),
+        angle_ranges=np.array([whole, whole]),
+    )
+    motions = [turning(a.point, a.direction, pose.centre) for a in axes]
+    found = pose_solution(
+        problem,
+        options,
+        taut,
+        pose,
+        proof=Proof.FAMILY,
+        family=family,
+        family_motions=motions,
+        slack_everywhere=states,
+    )
+    return [] if found is None else [found]
+
+
+def free_turning_solution(
+    problem: Problem, options: Options, taut: tuple[int, ...], pose: Pose
+) -> Solution | None:
+    """Return the family of all rotations about the centre of mass, at the identity rotation."""
+    states: dict[int, bool | None] = {}
+    for j, cable in enumerate(problem.robot.cables):
+        if j in taut:
+            continue
+        far = balls.norm(balls.fractions(cable.frame_anchor) - pose.centre)
+        arm = balls.norm(balls.fractions(problem.anchors_from_centre[j]))
+        length = length_ball(problem, j)
+        states[j] = True if far + arm < length else False if abs(far - arm) > length else None
+    family = Family("all-rotations", None, None, np.zeros((0, 2, 2)))
+    unit = balls.identity()
+    motions = [balls.vector([0, 0, 0, *(unit[i, k] for i in range(3))]) for k in range(3)]
+    return pose_solution(
+        problem,
+        options,
+        taut,
+        pose,
+        proof=Proof.FAMILY,
+        family=family,
+        family_motions=motions,
+        slack_everywhere=states,
+    )
+
+
+def is_open(solution: Solution) -> bool:
+    """Return True where a cable's state is undecided."""
+    return CableState.UNDECIDED in solution.cable_states

@@ -1,0 +1,186 @@
+"""Every subset of a point mass's cables as a robot of its own, the other cables ignored.
+
+Each such robot has at most one pose with all its tensions positive. The other cables are compared with
+their distances afterwards. Where the lengths of inextensible cables are exact, signs that intervals leave
+open are decided in exact arithmetic, so that subsets with one common pose become one entry.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from fractions import Fraction
+
+import numpy as np
+
+from cdpr_interval.engine.budget import Budget
+from solvers.point_mass_convex import Fields, NoPose, Unproved, find_pose, part_of
+from solvers.point_mass_entry import IDENTITY, hull, solution
+from solvers.point_mass_exact import ExactPose, exact_pose, is_pose_of
+from solvers.point_mass_fields import OPEN, SLACK, TAUT
+from solvers.point_mass_model import RobotArrays
+from solvers.point_mass_subsets import MOST_ROWS, subset_count, subsets
+from solvers.problem import Options, Problem, Progress
+from solvers.result import Answer, Bounds, Outcome, Proof, Solution, StopReason, SubsetReport, Undecided
+from solvers.subset import largest_subset
+
+PROGRESS_SECONDS = 0.1
+"""Least time between two progress reports."""
+
+
+@dataclass(frozen=True, eq=False)
+class Claim:
+    """A subset's own pose among all cables of the robot."""
+
+    taut: tuple[int, ...]
+    fields: Fields
+    """Of all cables; those outside the subset are slack, or open where their distance is."""
+    slack_respected: bool | None
+    exact: ExactPose | None
+
+
+def each_subset_alone(problem: Problem, options: Options, arrays: RobotArrays, lengths: Bounds) -> Answer:
+    """Return the pose of every subset that can carry the load alone, or of the one asked for."""
+    count, largest = len(problem.robot.cables), largest_subset(problem.robot)
+    total = subset_count(count, largest) if problem.taut is None else 1
+    wanted = subsets(count, largest) if problem.taut is None else iter((problem.taut,))
+    budget = Budget(options.time_limit, options.cell_limit)
+    claims: list[Claim] = []
+    undecided: list[Undecided] = []
+    reports: list[SubsetReport] = []
+    told = time.monotonic()
+    done = 0
+    with budget.listening():
+        for taut in wanted:
+            if budget.stop() is not None:
+                break
+            done += 1
+            start = time.perf_counter()
+            claim = subset_claim(problem, arrays, lengths, taut)
+            if isinstance(claim, Claim):
+                claims.append(claim)
+            elif claim is not None:
+                undecided.append(claim)
+            outcome = Outcome.INCOMPLETE if isinstance(claim, Undecided) else Outcome.COMPLETE
+            if total <= MOST_ROWS or claim is not None:
+                spent = time.perf_counter() - start
+                reports.append(SubsetReport(taut, outcome, int(isinstance(claim, Claim)), 0, spent))
+            if options.progress is not None and time.monotonic() - told > PROGRESS_SECONDS:
+                told = time.monotonic()
+                options.progress(Progress(0, total - done, 1.0 - done / total, len(claims), done, total))
+    stop = StopReason.EXHAUSTED
+    if done < total:
+        stop = StopReason((budget.stop() or "interrupted"))
+    return Answer(
+        tuple(merged_solutions(problem, claims, Proof.CONVEXITY)),
+        tuple(undecided),
+        pending=total - done,
+        subsets=tuple(reports),
+        stop_reason=stop,
+    )
+
+
+def subset_claim(
+    problem: Problem, arrays: RobotArrays, lengths: Bounds, taut: tuple[int, ...]
+) -> Claim | Undecided | None:
+    """Return the pose the cables ``taut`` alone have with all tensions positive; None when there is none."""
+    finding = find_pose(part_of(arrays, taut), np.ascontiguousarray(lengths[list(taut)]))
+    if isinstance(finding, NoPose):
+        return None
+    exact = exact_pose_of(problem, taut)
+    if isinstance(finding, Unproved):
+        return Undecided(taut, 1, finding.reason, finding.position, IDENTITY)
+    if (finding.states == SLACK).any():
+        return None
+    if (finding.states != TAUT).any():
+        if exact is not None and not exact.carried():
+            return None
+        names = problem.robot.cable_names
+        zero = ", ".join(names[taut[i]] for i in np.flatnonzero(finding.states == OPEN))
+        return Undecided(taut, 1, f"the tension of {zero} may be zero", finding.position, IDENTITY)
+    return complete_claim(problem, arrays, lengths, taut, finding, exact)
+
+
+def exact_pose_of(problem: Problem, taut: tuple[int, ...]) -> ExactPose | None:
+    """Return the subset's pose in exact arithmetic, for exact lengths of inextensible cables."""
+    if problem.robot.is_elastic or any(lo != hi for lo, hi in problem.lengths):
+        return None
+    anchors = [problem.robot.cables[i].frame_anchor for i in taut]
+    return exact_pose(anchors, [problem.lengths[i][0] for i in taut], problem.load)
+
+
+def complete_claim(
+    problem: Problem,
+    arrays: RobotArrays,
+    lengths: Bounds,
+    taut: tuple[int, ...],
+    own: Fields,
+    exact: ExactPose | None,
+) -> Claim:
+    """Add the cables outside the subset: their distances at its pose decide whether they are slack there."""
+    count = len(lengths)
+    index = list(taut)
+    tensions, distances = np.zeros((count, 2)), np.empty((count, 2))
+    tensions[index] = own.tensions
+    distances[:] = all_distances(arrays, own.position)
+    distances[index] = own.distances
+    states = np.full(count, SLACK, dtype=np.int64)
+    states[index] = TAUT
+    respected: bool | None = True
+    for i in range(count):
+        if i in taut:
+            continue
+        excess = 1 if distances[i, 0] > lengths[i, 1] else -1 if distances[i, 1] <= lengths[i, 0] else None
+        if excess is None and exact is not None:
+            excess = exact.excess(problem.robot.cables[i].frame_anchor, problem.lengths[i][0])
+        if excess is None:
+            states[i] = OPEN
+            respected = None if respected else respected
+        elif excess > 0:
+            respected = False
+    return Claim(taut, replace(own, tensions=tensions, distances=distances, states=states), respected, exact)
+
+
+def all_distances(arrays: RobotArrays, position: Bounds) -> Bounds:
+    """Enclose the distances (N, 2) in m from all exit points to a platform in a box, exactly rounded up."""
+    from cdpr_interval.kernels.enclosure import enclose
+    from cdpr_interval.kernels.interval import add, sqr, sqrt, sub
+
+    centre = arrays.robot.platform.centre_of_mass
+    rows = []
+    for cable in arrays.robot.cables:
+        total = (0.0, 0.0)
+        for j in range(3):
+            total = add(*total, *sqr(*sub(*position[j], *enclose(cable.frame_anchor[j] - centre[j]))))
+        rows.append(sqrt(*total))
+    return np.array(rows)
+
+
+def merged_solutions(problem: Problem, claims: list[Claim], proof: Proof) -> Iterator[Solution]:
+    """Yield one solution per pose: subsets whose poses are proved equal share an entry."""
+    left = list(claims)
+    while left:
+        first = left.pop(0)
+        same = [first]
+        if first.exact is not None:
+            for other in list(left):
+                anchors = [problem.robot.cables[i].frame_anchor for i in other.taut]
+                sizes: list[Fraction] = [problem.lengths[i][0] for i in other.taut]
+                if _meet(first.fields.position, other.fields.position) and is_pose_of(
+                    first.exact, anchors, sizes, problem.load
+                ):
+                    same.append(other)
+                    left.remove(other)
+        if len(same) == 1:
+            yield solution(first.fields, first.slack_respected, proof)
+            continue
+        together = hull([claim.fields for claim in same])
+        names = problem.robot.cable_names
+        tight = ", ".join(names[i] for i in sorted({i for claim in same for i in claim.taut}))
+        note = f"cables {{{tight}}} tight, tensions not unique"
+        yield solution(replace(together, note=note), first.slack_respected, proof)
+
+
+def _meet(a: Bounds, b: Bounds) -> bool:
+    return bool((a[:, 0] <= b[:, 1]).all() and (b[:, 0] <= a[:, 1]).all())

@@ -1,0 +1,198 @@
+"""The static pose of a point mass by convexity: one compiled call, and what follows where that is not enough.
+
+A robot here is any set of cables: all of them, or a subset that is looked at alone.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from fractions import Fraction
+
+import numpy as np
+from numpy.typing import NDArray
+
+from solvers.point_mass_degenerate import is_range, settle_balls
+from solvers.point_mass_elastic import settle_springs
+from solvers.point_mass_emptiness import deepest_point, proves_empty
+from solvers.point_mass_entry import Fields, fields_of, hull
+from solvers.point_mass_fields import OPEN
+from solvers.point_mass_kernels import DECIDED, NO_POSE, convex_pose, middles, springs
+from solvers.point_mass_model import Cables, RobotArrays
+from solvers.result import Bounds
+
+PIECES = 64
+"""Most parts a length range is cut into: the hull improves slowly after that, and each costs 0.1 ms."""
+CHANGING = "which of the cables {{{}}} are taut changes over the length ranges or is not decided"
+PARTLY = "for some lengths in the ranges the cables may have no common point"
+
+
+@dataclass(frozen=True)
+class NoPose:
+    """Proved: the balls of the weighted cables have no common point."""
+
+    weights: dict[int, float]
+
+
+@dataclass(frozen=True, eq=False)
+class Unproved:
+    """Neither a pose nor its absence is proved."""
+
+    reason: str
+    position: Bounds
+    """(3, 2) m: where a pose would be."""
+
+
+Finding = Fields | NoPose | Unproved
+
+
+def part_of(arrays: RobotArrays, chosen: Sequence[int]) -> RobotArrays:
+    """Return the robot with some of its cables only; positions stay relative to the whole robot's A_0."""
+    index = np.array(chosen, dtype=np.int64)
+    cables = tuple(arrays.robot.cables[i] for i in chosen)
+    return replace(
+        arrays,
+        robot=replace(arrays.robot, cables=cables),
+        elastic=arrays.elastic[index],
+        constant=arrays.constant[index],
+        anchors=arrays.anchors[index],
+        given=arrays.given[index],
+    )
+
+
+def scaled_cables(arrays: RobotArrays, lengths: Bounds) -> Cables:
+    """Return the kernels' cables for lengths in m."""
+    scaled = lengths / arrays.frame[0, 0]
+    k, w = springs(arrays.elastic, arrays.constant, arrays.given, scaled)
+    return arrays.elastic, arrays.anchors, scaled, k, w
+
+
+def quick_pose(arrays: RobotArrays, lengths: Bounds) -> tuple[int, Fields]:
+    """Run the compiled path once; the fields are meaningful when the status is ``DECIDED``."""
+    count = len(lengths)
+    position, height = np.empty((3, 2)), np.empty(2)
+    tensions, distances = np.empty((count, 2)), np.empty((count, 2))
+    states: NDArray[np.int64] = np.empty(count, dtype=np.int64)
+    room = max(count, 4)
+    status, _ = convex_pose(
+        arrays.elastic,
+        arrays.constant,
+        arrays.anchors,
+        arrays.given,
+        lengths,
+        arrays.load,
+        arrays.frame,
+        position,
+        height,
+        tensions,
+        distances,
+        states,
+        np.empty(room, dtype=np.int64),
+        np.empty((3 + room, 2)),
+    )
+    return status, Fields(position, height, tensions, distances, states)
+
+
+def find_pose(arrays: RobotArrays, lengths: Bounds) -> Finding:
+    """Find the pose of a robot for all lengths (N, 2) in m, or prove that there is none.
+
+    Guarantee
+    ---------
+    Fields: for every choice of lengths in their ranges there is exactly one static pose, and the fields
+    enclose it. NoPose: there is none for any choice.
+    """
+    status, fields = quick_pose(arrays, lengths)
+    if status == DECIDED:
+        return fields
+    if is_range(scaled_cables(arrays, lengths)):
+        return _over_ranges(arrays, lengths)
+    return settle(arrays, lengths)
+
+
+def settle(arrays: RobotArrays, lengths: Bounds) -> Finding:
+    """Treat the cases the compiled path leaves open, without cutting ranges."""
+    cables = scaled_cables(arrays, lengths)
+    if arrays.elastic[0]:
+        enclosed = settle_springs(cables, arrays.load, arrays.robot.cable_names)
+    else:
+        settled = settle_balls(cables, arrays.load, arrays.robot)
+        if isinstance(settled, str):
+            weights = empty_weights(arrays, cables, lengths)
+            return Unproved(settled, reachable(arrays, lengths)) if weights is None else NoPose(weights)
+        enclosed = settled
+    return fields_of(cables, arrays.frame, enclosed.box, enclosed.tension, enclosed.states, enclosed.note)
+
+
+def empty_weights(arrays: RobotArrays, cables: Cables, lengths: Bounds) -> dict[int, float] | None:
+    """Return weights that prove, exactly, that no point is within reach of all cables; None without proof."""
+    A, _, _, _ = middles(cables, arrays.load)
+    weights, _ = deepest_point(A, np.ascontiguousarray(cables[2][:, 1]))
+    anchors = [cable.frame_anchor for cable in arrays.robot.cables]
+    longest = [Fraction(x) for x in lengths[:, 1].tolist()]
+    return weights if proves_empty(weights, anchors, longest) else None
+
+
+def reachable(arrays: RobotArrays, lengths: Bounds) -> Bounds:
+    """Return a box (3, 2) in m around the platform origins that all cables reach."""
+    centre = arrays.robot.platform.centre_of_mass
+    rows = []
+    for j in range(3):
+        shift = float(centre[j])
+        anchors = [float(cable.frame_anchor[j]) for cable in arrays.robot.cables]
+        low = max(a - s for a, s in zip(anchors, lengths[:, 1].tolist(), strict=True)) - shift
+        high = min(a + s for a, s in zip(anchors, lengths[:, 1].tolist(), strict=True)) - shift
+        margin = 1e-12 * (abs(low) + abs(high) + float(lengths[:, 1].max()))
+        rows.append((min(low, high) - margin, max(low, high) + margin))
+    return np.array(rows)
+
+
+def _over_ranges(arrays: RobotArrays, lengths: Bounds) -> Finding:
+    """Cut the length ranges until the compiled path decides the parts, and return the hull."""
+    todo, found, reasons = [lengths], list[Fields](), list[str]()
+    empty: NoPose | None = None
+    used = 0
+    while todo:
+        piece = todo.pop(0)
+        status, fields = quick_pose(arrays, piece)
+        used += 1
+        if status == DECIDED:
+            found.append(fields)
+            continue
+        cut = _widest(arrays, piece) if used + len(todo) < PIECES and status != NO_POSE else None
+        if cut is not None:
+            for half in ((piece[cut, 0], cut_at := piece[cut].mean()), (cut_at, piece[cut, 1])):
+                part = piece.copy()
+                part[cut] = half
+                todo.append(part)
+            continue
+        finding = settle(arrays, piece)
+        if isinstance(finding, Fields):
+            found.append(finding)
+        elif isinstance(finding, NoPose):
+            empty = finding
+        else:
+            reasons.append(finding.reason)
+    if not found and not reasons and empty is not None:
+        # Different parts may be empty for different reasons; one proof for the whole range is best.
+        weights = empty_weights(arrays, scaled_cables(arrays, lengths), lengths)
+        return empty if weights is None else NoPose(weights)
+    if reasons or empty is not None:
+        reason = PARTLY if found or empty is not None else reasons[0]
+        return Unproved(reason, reachable(arrays, lengths))
+    whole = hull(found)
+    tight = ", ".join(arrays.robot.cable_names[i] for i in whole.not_slack)
+    return replace(whole, note=CHANGING.format(tight) if OPEN in whole.states else "")
+
+
+def _widest(arrays: RobotArrays, lengths: Bounds) -> int | None:
+    """Return the cable whose length range matters most: the widest of those near the pose."""
+    width = lengths[:, 1] - lengths[:, 0]
+    wide = width > 1e-12 * lengths[:, 1]
+    if not wide.any():
+        return None
+    finding = settle(arrays, lengths)
+    if isinstance(finding, Fields):
+        near = [i for i in finding.not_slack if wide[i]]
+        if near:
+            return max(near, key=lambda i: (width[i], -i))
+    return int(np.where(wide, width, -1.0).argmax())

@@ -1,0 +1,49 @@
+"""Elastic poses where a cable is just taut or just slack, or whose length ranges are wide.
+
+The energy of springs has exactly one minimum, whatever the lengths (see `solvers.point_mass_gradient`):
+existence and uniqueness need no computation, only the enclosure and the cables' states do.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from cdpr_interval.kernels.interval import mul, sub
+from solvers.point_mass_degenerate import Enclosed, is_range
+from solvers.point_mass_fields import OPEN, SLACK, TAUT, distance
+from solvers.point_mass_gradient import gradient_krawczyk
+from solvers.point_mass_kernels import anywhere, guess_elastic, middles
+from solvers.point_mass_model import Cables
+from solvers.point_mass_trap import trap
+from solvers.result import Bounds
+
+
+def settle_springs(cables: Cables, load: Bounds, names: tuple[str, ...]) -> Enclosed:
+    """Enclose the pose of elastic cables without knowing which of them are taut."""
+    _, anchors, lengths, stiffness, axial = cables
+    count = len(lengths)
+    A, L, k, f = middles(cables, load)
+    taut = np.zeros(max(count, 4), dtype=np.int64)
+    x = np.zeros(3 + max(count, 4))
+    guess_elastic(A, L, k, f, taut, x)
+    box, domain = np.empty((3, 2)), np.empty((3, 2))
+    guess = x[:3].copy()
+    if not (
+        np.isfinite(guess).all() and gradient_krawczyk(cables, load, guess, anywhere(3), box, domain)
+    ):
+        box = trap(cables, load)
+    tension = np.zeros((count, 2))
+    states = np.full(count, SLACK, dtype=np.int64)
+    for i in range(count):
+        near, far = distance(anchors, i, box)
+        if far <= lengths[i, 0]:
+            continue
+        states[i] = TAUT if near > lengths[i, 1] else OPEN
+        # k (rho - l), with k l as it is known.
+        lo, hi = sub(*mul(*stiffness[i], near, far), *axial[i])
+        tension[i] = max(lo, 0.0), max(hi, 0.0)
+    just = ", ".join(names[i] for i in np.flatnonzero(states == OPEN))
+    note = f"{just} just taut or just slack" if just else ""
+    if just and is_range(cables):
+        note = f"whether {just} are taut changes over the length ranges or is not decided"
+    return Enclosed(box, tension, states, note)

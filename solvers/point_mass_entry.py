@@ -1,0 +1,105 @@
+"""Solutions of a point mass as results list them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from solvers.point_mass_fields import OPEN, SLACK, TAUT, report
+from solvers.point_mass_model import Cables
+from solvers.result import Bounds, CableState, Nominal, Proof, Solution, Stability
+
+IDENTITY: Bounds = np.repeat(np.eye(3)[:, :, None], 2, axis=2)
+IDENTITY.setflags(write=False)
+
+STATES = (CableState.SLACK, CableState.TAUT, CableState.UNDECIDED)
+"""By the kernels' state number."""
+
+
+@dataclass(frozen=True, eq=False)
+class Fields:
+    """What a solution reports about one pose, in the units of the robot file."""
+
+    position: Bounds
+    height: Bounds
+    tensions: Bounds
+    distances: Bounds
+    states: NDArray[np.int64]
+    note: str = ""
+
+    @property
+    def taut(self) -> tuple[int, ...]:
+        """Cables proved taut."""
+        return tuple(int(i) for i in np.flatnonzero(self.states == TAUT))
+
+    @property
+    def not_slack(self) -> tuple[int, ...]:
+        """Cables that may be taut."""
+        return tuple(int(i) for i in np.flatnonzero(self.states != SLACK))
+
+
+def fields_of(
+    cables: Cables, frame: Bounds, box: Bounds, tension: Bounds, states: NDArray[np.int64], note: str = ""
+) -> Fields:
+    """Turn enclosures in the kernels' units into reported fields."""
+    count = len(states)
+    fields = Fields(np.empty((3, 2)), np.empty(2), np.empty((count, 2)), np.empty((count, 2)), states, note)
+    report(
+        cables, frame, box, tension, states, fields.position, fields.height, fields.tensions, fields.distances
+    )
+    return fields
+
+
+def hull(parts: list[Fields]) -> Fields:
+    """Return the hull of the poses of several parts of the length ranges; a state holds if it does in all."""
+    first = parts[0]
+    states = first.states.copy()
+    for part in parts[1:]:
+        states[states != part.states] = OPEN
+
+    def join(arrays: list[Bounds]) -> Bounds:
+        lows = np.min([a[..., 0] for a in arrays], axis=0)
+        return np.stack([lows, np.max([a[..., 1] for a in arrays], axis=0)], axis=-1)
+
+    return Fields(
+        join([p.position for p in parts]),
+        join([p.height for p in parts]),
+        join([p.tensions for p in parts]),
+        join([p.distances for p in parts]),
+        states,
+    )
+
+
+def solution(fields: Fields, slack_respected: bool | None, proof: Proof = Proof.CONVEXITY) -> Solution:
+    """Return the entry of a proved pose; every static pose of a point mass is a strict minimum.
+
+    The equilibrium with tensions >= 0 of a set of cables minimises the energy of these cables under their
+    length constraints. That problem is convex, and strictly so where a tension is positive.
+    """
+    states = fields.states.tolist()
+    (xlo, xhi), (ylo, yhi), (zlo, zhi) = fields.position.tolist()
+    return Solution(
+        taut=tuple([i for i, state in enumerate(states) if state == TAUT]),
+        cable_states=tuple([STATES[state] for state in states]),
+        position=fields.position,
+        rotation=IDENTITY,
+        height=fields.height,
+        tensions=fields.tensions,
+        distances=fields.distances,
+        slack_respected=slack_respected,
+        proof=proof,
+        stability=Stability.STABLE,
+        nominal=Nominal(
+            (0.5 * xlo + 0.5 * xhi, 0.5 * ylo + 0.5 * yhi, 0.5 * zlo + 0.5 * zhi),
+            (1.0, 0.0, 0.0, 0.0),
+            (0.0, 0.0, 0.0),
+        ),
+        note=fields.note,
+    )
+
+
+def with_states(fields: Fields, states: NDArray[np.int64], note: str = "") -> Fields:
+    """Return the same pose with other states of the cables."""
+    return replace(fields, states=states, note=note or fields.note)

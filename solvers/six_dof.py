@@ -1,0 +1,241 @@
+"""Six-dof platforms on inextensible cables: every static pose of every subset of taut cables."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass, field
+from itertools import combinations
+
+from cdpr_interval.engine.budget import Budget, Stop
+from solvers import balls
+from solvers.platform_clusters import clusters
+from solvers.platform_families import Classification, Kind, classify
+from solvers.platform_frame import Pose, lies_in, pose_of
+from solvers.platform_merge import absorb, distinct, is_open, shared
+from solvers.platform_point import point_solution, poses_at
+from solvers.platform_reduction import Reduced, reduced_problems
+from solvers.platform_reach import reach_message
+from solvers.platform_roots import Root
+from solvers.platform_solution import pose_solution, solve_densities
+from solvers.platform_subset import SubsetSearch
+from solvers.platform_turns import (
+    Axis,
+    FamilyEnd,
+    axes_of,
+    free_turning_solution,
+    torus_solutions,
+    turning_solutions,
+)
+from solvers.problem import Options, Problem, Progress
+from solvers.result import Answer, Outcome, Solution, StopReason, SubsetReport, Undecided
+
+MOST_TAUT = 6
+"""Any equilibrium is one of a subset with independent wrenches (Caratheodory), of which R^6 has at most six."""
+
+
+def solve(problem: Problem, options: Options) -> Answer:
+    """Find and prove every static pose of a six-dof platform.
+
+    Returns
+    -------
+    Answer
+        Solutions of all subsets (or of ``problem.taut``); what could be neither proved nor
+        excluded is in ``undecided``, what was not looked at in ``pending``.
+
+    Guarantee
+    ---------
+    With outcome COMPLETE, for every choice of lengths in their ranges the static poses are
+    exactly those listed, one in each box (a family counts as one entry).
+    """
+    run = Run(problem, options)
+    with run.budget.listening(), balls.precision():
+        for taut in subsets(problem):
+            run.solve_subset(taut)
+    return run.answer()
+
+
+def subsets(problem: Problem) -> list[tuple[int, ...]]:
+    """Return the taut subsets to examine, smallest first: families must be known before their ends."""
+    if problem.taut is not None:
+        return [problem.taut]
+    count = len(problem.robot.cables)
+    sizes = range(1, min(MOST_TAUT, count) + 1)
+    return [taut for size in sizes for taut in combinations(range(count), size)]
+
+
+@dataclass
+class Found:
+    """What one subset contributed."""
+
+    solutions: list[Solution] = field(default_factory=list)
+    undecided: list[Undecided] = field(default_factory=list)
+    pending: int = 0
+    cells: int = 0
+
+
+class Run:
+    """One forward-kinematics run: the subsets share a budget, and families are remembered by their ends."""
+
+    def __init__(self, problem: Problem, options: Options) -> None:
+        self.problem = problem
+        self.options = options
+        self.budget = Budget(options.time_limit, options.cell_limit)
+        self.total = len(subsets(problem))
+        self.found: list[tuple[tuple[int, ...], Found, float]] = []
+        self.ends: list[FamilyEnd] = []
+
+    def solve_subset(self, taut: tuple[int, ...]) -> None:
+        """Solve one subset and keep what it gives."""
+        started = time.perf_counter()
+        found = Found()
+        if self.budget.stop() is not None:
+            found.pending = 1
+        else:
+            self.examine(taut, found)
+        self.found.append((taut, found, time.perf_counter() - started))
+
+    def examine(self, taut: tuple[int, ...], found: Found) -> None:
+        """Dispatch on the kind of the subset."""
+        kind = classify(self.problem, taut)
+        if kind.kind is Kind.DEPENDENT:
+            return
+        if kind.kind in (Kind.ONE_POINT, Kind.FREE_TURNING):
+            self.examine_point(taut, kind, found)
+            return
+        for reduced in reduced_problems(self.problem, self.options, taut, kind):
+            self.search(taut, kind, reduced, found)
+
+    def examine_point(self, taut: tuple[int, ...], kind: Classification, found: Found) -> None:
+        """Families (c) and (d)."""
+        at = point_solution(self.problem, self.options, taut)
+        if at is None:
+            return
+        if isinstance(at, str):
+            found.undecided.append(undecided_anywhere(self.problem, taut, at))
+            return
+        for pose in poses_at(self.problem, taut, at):
+            if kind.kind is Kind.FREE_TURNING:
+                free = free_turning_solution(self.problem, self.options, taut, pose)
+                found.solutions += [] if free is None else [free]
+            else:
+                self.add_turning(taut, pose, axes_of(self.problem, taut, kind, pose)[0], found)
+
+    def add_turning(self, taut: tuple[int, ...], pose: Pose, axis: Axis, found: Found) -> None:
+        """Add a one-axis family and remember its ends."""
+        solutions, ends = turning_solutions(self.problem, self.options, taut, pose, axis)
+        found.solutions += solutions
+        self.ends += ends
+
+    def search(self, taut: tuple[int, ...], kind: Classification, reduced: Reduced, found: Found) -> None:
+        """Search one reduced problem and turn its roots into solutions."""
+        subset = SubsetSearch(
+            reduced.model, reduced.reduction, self.budget, self.options.threads, self.reporter(found)
+        )
+        subset.solve()
+        found.cells += subset.cells
+        found.pending += subset.pending
+        if subset.stop is not Stop.EXHAUSTED:
+            found.pending = max(found.pending, 1)
+        for root in distinct(subset.roots, reduced.frame):
+            self.add_root(taut, kind, reduced, root, found)
+        found.undecided += clusters(self.problem, taut, reduced, subset)
+
+    def add_root(
+        self, taut: tuple[int, ...], kind: Classification, reduced: Reduced, root: Root, found: Found
+    ) -> None:
+        """Add the solution or family of one proved root."""
+        pose: Pose | None = pose_of(root, reduced.frame)
+        assert pose is not None
+        if len(taut) == MOST_TAUT:
+            solved = solve_densities(self.problem, taut, pose)
+            if solved is None:
+                reason = "the pose is proved, its six wrenches may be dependent"
+                found.undecided.append(undecided_pose(self.problem, taut, pose, reason))
+                return
+            pose = solved
+        axes = axes_of(self.problem, taut, kind, pose)
+        if not axes:
+            solution = pose_solution(self.problem, self.options, taut, pose)
+            if solution is not None and not (is_open(solution) and self.is_end(taut, reduced, root)):
+                found.solutions.append(solution)
+        elif any(t < 0 for t in pose.densities):
+            return
+        elif len(axes) == 1:
+            self.add_turning(taut, pose, axes[0], found)
+        else:
+            found.solutions += torus_solutions(self.problem, self.options, taut, pose, axes)
+
+    def is_end(self, taut: tuple[int, ...], reduced: Reduced, root: Root) -> bool:
+        """Return True when the root is the end of a smaller subset's family: a pose already covered."""
+        for end in self.ends:
+            if {*end.taut, end.cable} != set(taut):
+                continue
+            known = dict(zip(end.taut, end.pose.densities, strict=True))
+            densities = tuple(known[i] if i in known else 0 * end.pose.densities[0] for i in taut)
+            if lies_in(Pose(end.pose.rotation, end.pose.centre, densities), reduced.frame, root):
+                return True
+        return False
+
+    def reporter(self, found: Found):  # type: ignore[no-untyped-def]
+        """Return the callback that turns a search's state into a ``Progress``."""
+        tell = self.options.progress
+        if tell is None:
+            return None
+        done = sum(f.cells for _, f, _ in self.found)
+        proved = sum(len(f.solutions) for _, f, _ in self.found)
+
+        def report(cells: int, pending: int, volume: float) -> None:
+            solutions = proved + len(found.solutions)
+            tell(Progress(done + found.cells + cells, pending, volume, solutions, len(self.found), self.total))
+
+        return report
+
+    def answer(self) -> Answer:
+        """Assemble what all subsets gave."""
+        names = self.problem.robot.cable_names
+        solutions = shared([s for _, f, _ in self.found for s in f.solutions], names)
+        undecided = [u for _, f, _ in self.found for u in f.undecided]
+        solutions, undecided = absorb(solutions, undecided, names)
+        stop = self.budget.stop()
+        pending = sum(f.pending for _, f, _ in self.found)
+        reason = StopReason(stop.value) if stop is not None and pending else StopReason.EXHAUSTED
+        nothing = not (solutions or undecided or pending)
+        return Answer(
+            solutions=tuple(solutions),
+            undecided=tuple(undecided),
+            pending=pending,
+            subsets=tuple(report_of(*entry) for entry in self.found),
+            stop_reason=reason,
+            cells=sum(f.cells for _, f, _ in self.found),
+            message=reach_message(self.problem) if nothing else "",
+        )
+
+
+def report_of(taut: tuple[int, ...], found: Found, seconds: float) -> SubsetReport:
+    """Return a subset's line in the result."""
+    complete = not (found.undecided or found.pending or any(is_open(s) for s in found.solutions))
+    outcome = Outcome.COMPLETE if complete else Outcome.INCOMPLETE
+    return SubsetReport(taut, outcome, len(found.solutions), found.cells, seconds)
+
+
+def undecided_pose(problem: Problem, taut: tuple[int, ...], pose: Pose, reason: str) -> Undecided:
+    """Return an undecided entry at one proved pose."""
+    from solvers.platform_solution import origin
+
+    return Undecided(
+        taut,
+        1,
+        reason,
+        balls.bounds_array(origin(problem.robot, pose)),
+        balls.bounds_array(pose.rotation).reshape(3, 3, 2),
+    )
+
+
+def undecided_anywhere(problem: Problem, taut: tuple[int, ...], reason: str) -> Undecided:
+    """Return an undecided entry that covers every pose the taut cables allow."""
+    import numpy as np
+
+    from solvers.platform_clusters import reachable_box
+
+    rotation = np.tile(np.array([-1.0, 1.0]), (3, 3, 1))
+    return Undecided(taut, 1, reason, reachable_box(problem, taut), rotation)

@@ -1,0 +1,18 @@
+"""The name and version this program writes into its files."""
+
+from __future__ import annotations
+
+from importlib.metadata import PackageNotFoundError, version
+
+from solvers.result import Tool
+
+NAME = "cdpr-interval"
+
+
+def this_tool() -> Tool:
+    """Return the name and the version of the installed package."""
+    try:
+        return Tool(NAME, version(NAME))
+    except PackageNotFoundError:
+        # Run from a source tree that was never installed.
+        return Tool(NAME, "0+unknown")

@@ -1,0 +1,302 @@
+"""``cdpr-solve`` as a user calls it: options, messages, files and exit codes."""
+
+import json
+import subprocess
+import sys
+
+import pytest
+from click.testing import CliRunner
+
+from solvers.cli import COMMANDS, cli
+from solvers.result import Answer, Result, StopReason
+from tests import hanging_mass
+
+
+@pytest.fixture
+def hanging(tmp_path):
+    path = tmp_path / "hanging.yaml"
+    path.write_text(hanging_mass.TEXT, encoding="utf-8")
+    return str(path)
+
+
+@pytest.fixture
+def asked(monkeypatch):
+    """Replace the solver; the answer can be changed, the questions are kept."""
+
+    class Asked(list):
+        answer = hanging_mass.answer()
+
+    asked = Asked()
+
+    def solve(problem, options):
+        asked.append((problem, options))
+        return asked.answer
+
+    monkeypatch.setattr("solvers.forward._solve", solve)
+    return asked
+
+
+def run(*args):
+    return CliRunner().invoke(cli, [str(arg) for arg in args])
+
+
+def lines(result):
+    return result.stderr.splitlines()
+
+
+def test_help_names_the_commands_that_exist():
+    result = run("--help")
+    assert result.exit_code == 0 and result.stderr == ""
+    assert all(f"\n  {name} " in result.stdout for name in COMMANDS)
+    assert not any(name in result.stdout for name in ("batch", "winch", "polynomial", "report"))
+    assert run().stdout == result.stdout
+
+
+@pytest.mark.parametrize("args", [["--help"], ["fk", "--help"], ["ik", "--help"], ["--version"]])
+def test_help_imports_nothing_heavy(args):
+    code = f"""
+import sys
+from solvers.cli import cli
+try:
+    cli.main({args!r})
+except SystemExit as stop:
+    assert stop.code == 0
+heavy = {{"numpy", "numba", "sympy", "flint", "matplotlib", "rich", "pydantic"}} & set(sys.modules)
+assert not heavy, heavy
+"""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)
+    assert done.returncode == 0, done.stderr
+
+
+def test_importing_solvers_imports_nothing_heavy():
+    code = "import sys, solvers; assert not {'numpy', 'numba'} & set(sys.modules); solvers.Result"
+    assert subprocess.run([sys.executable, "-c", code], timeout=60).returncode == 0
+
+
+def test_a_missing_file_as_a_process(tmp_path):
+    command = [sys.executable, "-m", "solvers", "fk", "nowhere.yaml", "--lengths", "1"]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=60, cwd=tmp_path)
+    assert (done.returncode, done.stdout) == (2, "")
+    assert len(done.stderr.splitlines()) == 1 and done.stderr.startswith("nowhere.yaml: ")
+    assert not list(tmp_path.iterdir())
+
+
+def test_the_table(asked, hanging):
+    result = run("fk", hanging, "--lengths", "2,5")
+    assert (result.exit_code, result.stderr) == (0, "")
+    title, head, row = result.stdout.splitlines()
+    assert title == "hanging (point-mass, 2 cables): 1 static pose, proved to be all"
+    assert " ".join(head.split()) == "# taut stability x m y m z m tensions N"
+    assert row.split() == ["1", "c1", "stable", "0.000000", "0.000000", "-2.000000", "98.1000"]
+
+
+def test_fk_may_be_left_out(asked, hanging):
+    expected = run("fk", hanging, "--lengths", "2,5").stdout
+    assert run(hanging, "--lengths", "2,5").stdout == expected
+    assert run("--lengths", "c2=5,c1=2", hanging).stdout == expected
+
+
+def test_options_reach_the_solver(asked, hanging):
+    budgets = ["--time-limit", "3", "--cell-limit", "1e6", "--threads", "2"]
+    switches = ["--taut", "c1", "--ignore-slack", "--method", "search", "--precision", "1e-6"]
+    run(hanging, "--lengths=1.9+-0.1,[4,5]", *switches, *budgets)
+    ((problem, options),) = asked
+    assert [float(x) for pair in problem.lengths for x in pair] == [1.8, 2.0, 4.0, 5.0]
+    assert problem.taut == (0,) and options.ignore_slack and options.method == "search"
+    assert (options.precision, options.time_limit, options.cell_limit, options.threads) == (
+        1e-6,
+        3.0,
+        10**6,
+        2,
+    )
+
+
+def test_json_on_stdout_is_alone(asked, hanging):
+    result = run(hanging, "--lengths", "2,5", "--json", "-")
+    assert result.exit_code == 0 and result.stderr == ""
+    assert Result.from_json(result.stdout).to_json() == result.stdout
+
+
+def test_json_file_and_table(asked, hanging, tmp_path):
+    target = tmp_path / "r.json"
+    target.write_text("old", encoding="utf-8")
+    loud = run(hanging, "--lengths", "2,5", "--json", target)
+    assert loud.stdout.startswith("hanging") and json.loads(target.read_text())["format"] == "cdpr-result/1"
+    quiet = run(hanging, "--lengths", "2,5", "--json", target, "-q")
+    assert (quiet.exit_code, quiet.stdout, quiet.stderr) == (0, "", "")
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["hanging.yaml", "r.json"]
+
+
+def test_a_link_stays_a_link(asked, hanging, tmp_path):
+    target, link = tmp_path / "r.json", tmp_path / "link.json"
+    link.symlink_to(target)
+    assert run(hanging, "--lengths", "2,5", "--json", link).exit_code == 0
+    assert link.is_symlink() and target.is_file()
+
+
+@pytest.mark.parametrize("target", ["", ".", "missing/r.json", "hanging.yaml/r.json"])
+def test_a_target_that_cannot_be_written_ends_before_solving(asked, hanging, tmp_path, monkeypatch, target):
+    monkeypatch.chdir(tmp_path)
+    result = run(hanging, "--lengths", "2,5", "--json", target)
+    assert (result.exit_code, result.stdout) == (2, "") and not asked
+    assert len(lines(result)) == 1 and lines(result)[0].startswith("--json: ")
+    assert [path.name for path in tmp_path.iterdir()] == ["hanging.yaml"]
+
+
+def test_no_pose_is_exit_4_with_its_message(asked, hanging, tmp_path):
+    asked.answer = hanging_mass.no_answer()
+    result = run(hanging, "--lengths", "1,1", "--json", tmp_path / "r.json")
+    assert result.exit_code == 4 and "cables c1 and c2 are too short to meet" in result.stdout
+    assert json.loads((tmp_path / "r.json").read_text())["solutions"] == []
+    quiet = run(hanging, "--lengths", "1,1", "-q")
+    assert (quiet.exit_code, quiet.stdout) == (4, "") and lines(quiet) == [
+        "cables c1 and c2 are too short to meet"
+    ]
+
+
+def test_something_undecided_is_exit_3(asked, hanging, tmp_path):
+    asked.answer = hanging_mass.open_answer()
+    result = run(hanging, "--lengths", "2,5", "--json", tmp_path / "r.json", "-v")
+    assert result.exit_code == 3 and (tmp_path / "r.json").is_file()
+    assert "taut or slack undecided: c2; c2 is just taut" in result.stdout
+    assert "undecided: taut c2,c1, 3 cells at (0.333333, 0.000000, -2.000000) m: singular" in result.stdout
+    assert "100 cells" in result.stderr
+
+
+def test_an_interrupt_is_exit_130_with_its_result(asked, hanging, tmp_path):
+    asked.answer = Answer((hanging_mass.solution(),), pending=4, stop_reason=StopReason.INTERRUPTED)
+    result = run(hanging, "--lengths", "2,5", "--json", tmp_path / "r.json")
+    assert result.exit_code == 130 and "interrupted: 1 static pose proved" in result.stdout
+    assert json.loads((tmp_path / "r.json").read_text())["stop_reason"] == "interrupted"
+
+
+@pytest.mark.parametrize("name", ["SIGINT", "SIGTERM"])
+def test_signals_end_the_search_with_what_it_found(hanging, tmp_path, name):
+    code = f"""
+import os, signal, sys, time
+from dataclasses import replace
+import solvers.forward
+from solvers.cli import main
+from solvers.result import StopReason
+from tests import hanging_mass
+def solve(problem, options):
+    try:
+        os.kill(os.getpid(), signal.{name})
+        time.sleep(60)
+    except KeyboardInterrupt:
+        return replace(hanging_mass.answer(), pending=1, stop_reason=StopReason.INTERRUPTED)
+solvers.forward._solve = solve
+sys.argv[1:] = [{hanging!r}, "--lengths", "2,5", "--json", "-"]
+main()
+"""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)
+    assert done.returncode == 130, done.stderr
+    result = Result.from_json(done.stdout)
+    assert result.stop_reason == "interrupted" and len(result.solutions) == 1
+
+
+@pytest.mark.parametrize(
+    ("args", "message"),
+    [
+        (["--lengths", "2"], "--lengths: 1 length for 2 cables (c1, c2)"),
+        (["--lengths", "2,5,6"], "--lengths: 3 lengths for 2 cables (c1, c2)"),
+        (["--lengths", "2,-5"], "--lengths[1]: must be positive, got -5"),
+        (["--lengths", "0,5"], "--lengths[0]: must be positive, got 0"),
+        (["--lengths", "2,nan"], "--lengths[1]: 'nan' is not a finite number"),
+        (["--lengths", "2,inf"], "--lengths[1]: 'inf' is not a finite number"),
+        (["--lengths", "2,abc"], "--lengths[1]: 'abc' is not a number"),
+        (["--lengths", "2,"], "--lengths[1]: '' is not a number"),
+        ([], "--lengths: missing (or --problem FILE)"),
+        (
+            ["--lengths", "2,5", "--problem", "p.yaml"],
+            "--lengths: not together with --problem, which holds the lengths",
+        ),
+        (["--problem", "nowhere.yaml"], "nowhere.yaml: cannot be read: No such file or directory"),
+        (["--lengths", "2,5", "--taut", "c1,c9"], "--taut[1]: unknown cable 'c9'"),
+        (["--lengths", "2,5", "--taut", ""], "--taut[0]: unknown cable ''"),
+        (
+            ["--lengths", "2,5", "--method", "newton"],
+            "--method: must be one of auto, search, convex, got 'newton'",
+        ),
+        (["--lengths", "2,5", "--precision", "0"], "--precision: must be a positive number, got 0.0"),
+        (["--lengths", "2,5", "--precision", "x"], "--precision: 'x' is not a number"),
+        (["--lengths", "2,5", "--time-limit", "nan"], "--time-limit: 'nan' is not a finite number"),
+        (["--lengths", "2,5", "--time-limit", "-1"], "--time-limit: must be a positive number, got -1.0"),
+        (["--lengths", "2,5", "--cell-limit", "2.5"], "--cell-limit: '2.5' is not a whole number"),
+        (["--lengths", "2,5", "--threads", "0"], "--threads: must be at least 1, got 0"),
+        (
+            ["--lengths", "2,5", "--ignore-tension-sign"],
+            "--ignore-tension-sign: needs exactly six taut cables of a platform, got a point mass",
+        ),
+        (["--lengths", "2,5", "--certificate", "c"], "--certificate: certificates are not supported yet"),
+        (["--lengths", "2,5", "--colour"], "No such option '--colour'."),
+        (["--lengths", "2,5", "--taut"], "Option '--taut' requires an argument."),
+        (["--lengths", "2,5", "extra"], "Got unexpected extra argument"),
+    ],
+)
+def test_bad_input_is_one_line_and_exit_2(asked, hanging, tmp_path, monkeypatch, args, message):
+    monkeypatch.chdir(tmp_path)
+    result = run("fk", hanging, *args)
+    assert (result.exit_code, result.stdout) == (2, "") and not asked
+    (line,) = lines(result)
+    assert line.startswith(message)
+    assert [path.name for path in tmp_path.iterdir()] == ["hanging.yaml"]
+
+
+def test_all_errors_at_once_and_nothing_written(asked, hanging, tmp_path):
+    target = tmp_path / "r.json"
+    result = run(hanging, "--lengths", "x,-1", "--taut", "c3", "--threads", "none", "--json", target)
+    assert result.exit_code == 2 and not target.exists()
+    assert sorted(line.split(":")[0] for line in lines(result)) == [
+        "--lengths[0]", "--lengths[1]", "--taut[0]", "--threads",
+    ]  # fmt: skip
+
+
+def test_errors_of_a_robot_file_have_line_and_column(tmp_path):
+    path = tmp_path / "r.yaml"
+    path.write_text(hanging_mass.TEXT.replace("mass_kg", "mass"), encoding="utf-8")
+    result = run("fk", path, "--lengths", "2,5")
+    assert result.exit_code == 2 and lines(result)[0].startswith(f"{path}:3:")
+
+
+def test_a_problem_file(asked, hanging, tmp_path):
+    problem = tmp_path / "p.yaml"
+    problem.write_text(
+        "format: cdpr-problem/1\nlengths_m: [2, 5]\nexternal_force_N: [0, 0, -1.5]\n", encoding="utf-8"
+    )
+    result = run(hanging, "--problem", problem, "--json", "-")
+    assert result.exit_code == 0
+    assert json.loads(result.stdout)["question"]["external_force_N"] == [0.0, 0.0, -1.5]
+
+
+def test_an_internal_error_is_one_line_and_a_traceback_with_v(monkeypatch, hanging, tmp_path):
+    def broken(problem, options):
+        raise RuntimeError("two\nlines")
+
+    monkeypatch.setattr("solvers.forward._solve", broken)
+    result = run(hanging, "--lengths", "2,5", "--json", tmp_path / "r.json")
+    assert result.exit_code == 1 and lines(result) == ["internal error: RuntimeError: two lines"]
+    assert not (tmp_path / "r.json").exists()
+    assert "Traceback" in run(hanging, "--lengths", "2,5", "-v").stderr
+
+
+def test_what_is_not_supported_yet_is_exit_2(hanging):
+    result = run("check", "certificate.json")
+    assert result.exit_code == 2 and "not supported yet" in lines(result)[0] and len(lines(result)) == 1
+
+
+def test_validate(hanging, tmp_path):
+    good = run("validate", hanging)
+    assert good.exit_code == 0 and good.stdout.startswith(
+        "hanging: valid, point mass on 2 cables, inextensible\n"
+    )
+    bad = tmp_path / "bad.yaml"
+    bad.write_text(hanging_mass.TEXT.replace("c2", "c1").replace("10}", "-1}"), encoding="utf-8")
+    result = run("validate", bad)
+    assert (result.exit_code, result.stdout, len(lines(result))) == (2, "", 2)
+
+
+@pytest.mark.parametrize("name", ["cogiro", "merlet_4_1_k100"])
+def test_validate_shipped_robots(name):
+    result = run("validate", name)
+    assert result.exit_code == 0 and "source: " in result.stdout

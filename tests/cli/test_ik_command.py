@@ -1,0 +1,100 @@
+"""``cdpr-solve ik`` as a user calls it."""
+
+import json
+
+import pytest
+from click.testing import CliRunner
+
+from solvers import IkResult
+from solvers.cli import cli
+
+
+def run(*args):
+    return CliRunner().invoke(cli, ["ik", *(str(arg) for arg in args)])
+
+
+def test_the_table_ends_with_lengths_to_paste():
+    result = run("merlet_4_1", "--pose", "1,1.5,-2")
+    assert (result.exit_code, result.stderr) == (0, "")
+    *_, last = result.stdout.splitlines()
+    assert last == "--lengths 2.692582403567252,3.905124837953327,3.3541019662496847,4.387482193696061"
+
+
+def test_angles_in_degrees_and_quaternions_agree():
+    by_angle = run("uc3", "--pose", "5,3,-7,0,0,90deg", "--json", "-")
+    by_quaternion = run("uc3", "--pose", "5,3,-7", "--quaternion", "1,0,0,1", "--json", "-")
+    one, other = (json.loads(result.stdout) for result in (by_angle, by_quaternion))
+    assert one["distances_m"] == pytest.approx(other["distances_m"], rel=1e-14)
+    assert one["pose"]["rpy_rad"][2] == pytest.approx(1.5707963267948966)
+
+
+def test_json_alone_and_in_a_file(tmp_path):
+    alone = run("uc3", "--pose", "5,3,-7", "--json", "-")
+    assert IkResult.from_json(alone.stdout).to_json() == alone.stdout
+    quiet = run("uc3", "--pose", "5,3,-7", "--json", tmp_path / "r.json", "-q")
+    assert quiet.stdout == "" and (tmp_path / "r.json").read_text() == alone.stdout
+
+
+def test_static_is_exit_4_off_balance(tmp_path):
+    target = tmp_path / "r.json"
+    assert run("uc3", "--pose", "5,3,-6").exit_code == 0
+    result = run("uc3", "--pose", "5,3,-6", "--static", "--json", target)
+    assert result.exit_code == 4 and "not static" in result.stdout and target.is_file()
+    settled = run("uc3", "--pose", "5,3,-6", "--static", "--settle")
+    assert settled.exit_code == 0 and "moved by" in settled.stdout
+
+
+def test_elastic_cables_need_a_static_pose():
+    result = run("merlet_4_1_k100", "--pose", "1,1.5,2", "--json", "-")
+    assert result.exit_code == 4 and json.loads(result.stdout)["lengths_m"] is None
+    assert result.stderr.startswith("the pose is not static")
+    assert run("merlet_4_1_k100", "--pose", "1,1.5,-2").exit_code == 0
+
+
+def test_settling_that_fails_is_exit_3():
+    result = run("merlet_4_1", "--pose", "2,2,30", "--settle")
+    assert result.exit_code == 3 and "no static pose of these cables was found near it" in result.stdout
+
+
+def test_slack_margin():
+    text = run("merlet_4_1", "--pose", "1,1.5,-2", "--taut", "c1,c2,c3", "--json", "-").stdout
+    document = json.loads(text)
+    assert document["lengths_m"][3] == pytest.approx(1.05 * document["distances_m"][3])
+
+
+@pytest.mark.parametrize(
+    ("args", "messages"),
+    [
+        (["merlet_4_1"], ["--pose: missing"]),
+        (["merlet_4_1", "--pose", "1,2"], ["--pose: must hold x,y,z or x,y,z,roll,pitch,yaw, got 2 entries"]),
+        (
+            [
+                "merlet_4_1",
+                "--pose",
+                "1,x,3",
+                "--taut",
+                "c9",
+                "--slack-margin",
+                "-1",
+                "--wrench-tolerance",
+                "y",
+            ],
+            [
+                "--pose[1]: 'x' is not a number",
+                "--wrench-tolerance: 'y' is not a number",
+                "--taut[0]: unknown cable 'c9'",
+                "--slack-margin: must not be negative, got -1.0",
+            ],
+        ),
+        (
+            ["merlet_4_1", "--pose", "1,1,-1,0,0,1"],
+            ["--pose: this robot is a point mass, which has no orientation"],
+        ),
+        (["merlet_4_1", "--pose", "0,0,0"], ["pose: the length of cable 'c1' is zero at this pose"]),
+        (["merlet_4_1", "--pose", "1,1,-1", "--json", "/"], ["--json: '/' is not a file name"]),
+    ],
+)
+def test_bad_input_is_exit_2(args, messages):
+    result = run(*args)
+    assert (result.exit_code, result.stdout) == (2, "")
+    assert [line.split(" (did you mean")[0] for line in result.stderr.splitlines()] == messages
