@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 from solvers import balls
 from solvers import platform_position as position
 from solvers import platform_sigma as sigma
-from solvers.platform_frame import Pose, centred_cayley, half_turn
 from solvers.platform_forms import FORM_ROWS, WORK_SHAPE
+from solvers.platform_frame import Pose, centred_cayley, half_turn
 from solvers.platform_reduction import Reduced
 from solvers.platform_solution import origin
 from solvers.platform_subset import SubsetSearch

@@ -6,6 +6,7 @@ Rows of the form array ``F`` (see ``kernels.affine``) have fixed places, named b
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 from numba import njit
@@ -35,7 +36,10 @@ CABLE = 47
 BLOCK = 9
 """Rows of a cable's block: r_i (3), e_i (3), r_i x e_i (3)."""
 MOST_TAUT = 6
-FORM_ROWS = CABLE + BLOCK * MOST_TAUT
+EQUATION = CABLE + BLOCK * MOST_TAUT
+"""First of the rows that hold equations of the cell."""
+MOST_EQUATIONS = 8
+FORM_ROWS = EQUATION + MOST_EQUATIONS
 SPARE = 8
 """Rows of W below this index serve small linear systems, the others as named by their users."""
 WORK_SHAPE = (32, 24)
@@ -335,6 +339,9 @@ def tension_bounds(F: Any, W: Any, model: Any, lo: Any, hi: Any) -> bool:
                 spread += abs(W[left + i, k]) * F[r + k, last]
             total += inflate(abs(centre) + spread, 5.0 * mag, 60.0)
         W[Y + 1, i] = total
+        # Row by row, so that NaN (an overflow) cannot hide behind max.
+        if not up(total * (1.0 + 16.0 * UNIT)) < 0.95:
+            return False
         worst = max(worst, up(total * (1.0 + 16.0 * UNIT)))
         centre = 0.0
         mag = 0.0
@@ -359,12 +366,13 @@ def tension_bounds(F: Any, W: Any, model: Any, lo: Any, hi: Any) -> bool:
         for j in range(n):
             r = CABLE + BLOCK * j + 3
             for k in range(6):
-                spread += abs(W[left + i, k]) * F[r + k, last] * abs(W[Y, j])
+                # 1e-300: products that underflowed before they met W[Y, j].
+                spread += (abs(W[left + i, k]) * F[r + k, last] + 1e-300) * abs(W[Y, j])
         # Sums of up to 36 + 3 terms of two products each.
         W[Y + 2, i] = inflate(abs(centre) + spread, 22.0 * mag, 120.0)
+        if not W[Y + 2, i] < math.inf:
+            return False
         largest = max(largest, W[Y + 2, i])
-    if not worst < 0.95:
-        return False
     gain = up(largest / down(1.0 - worst))
     for i in range(n):
         error = up(W[Y + 2, i] + up(W[Y + 1, i] * (1.0 + 16.0 * UNIT) * gain))

@@ -56,12 +56,12 @@ def ranges(rotation: arb_mat, v: Vector) -> RangeVector:
 
 @dataclass(frozen=True)
 class Pose:
-    """A certified pose of the centre of mass in the robot's frames, with the taut cables' t = tension / length."""
+    """A certified pose of the centre of mass in the robot's frames, with the taut cables' t."""
 
     rotation: arb_mat
     centre: arb_mat
     densities: tuple[arb, ...]
-    """One for each taut cable, in the subset's order."""
+    """t = tension / length of each taut cable, in the subset's order."""
 
 
 def cayley(u: list[arb]) -> arb_mat:

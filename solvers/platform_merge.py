@@ -26,7 +26,7 @@ def distinct(roots: Sequence[Root], frame: Frame) -> list[Root]:
     ordered = sorted(roots, key=lambda r: (np.abs(r.box[:3]).max() > 1.0, r.chart, r.box[:, 0].tolist()))
     kept: list[Root] = []
     for root in ordered:
-        pose = pose_of(root, frame)
+        pose = pose_of(replace(root, box=root.core), frame)
         if not any(lies_in(pose, frame, other) for other in kept):
             kept.append(root)
     return kept
@@ -109,7 +109,9 @@ def absorb(
         if place is None:
             left.append(cluster)
             continue
-        tight = [n for n, s in zip(names, found[place].cable_states, strict=True) if s is not CableState.SLACK]
+        tight = [
+            n for n, s in zip(names, found[place].cable_states, strict=True) if s is not CableState.SLACK
+        ]
         note = f"cables {{{', '.join(tight)}}} tight, tensions not unique"
         found[place] = replace(found[place], note=note)
     return found, left

@@ -79,7 +79,7 @@ class Model(NamedTuple):
     point_steps_err: Floats
     """(N, N, 3)."""
     square: Floats
-    """(N, N) |A_i - A_j|^2 + |b_i - b_j|^2; with the steps: |c_i - c_j|^2 = square - 2 (A_i - A_j) . R (b_i - b_j)."""
+    """(N, N) |A_i - A_j|^2 + |b_i - b_j|^2; |c_i - c_j|^2 = square - 2 (A_i - A_j) . R (b_i - b_j)."""
     square_err: Floats
     lengths: Floats
     """(N, 2) bounds of l_i."""

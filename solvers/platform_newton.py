@@ -98,7 +98,7 @@ def matrix_point(M: Any, model: Any, chart: int, i: int, out: Any) -> None:
 
 @njit(cache=True, nogil=True)
 def system(model: Any, chart: int, z: Any, f: Any, J: Any, jacobian: bool) -> None:
-    """Enclose all n + 6 equations f (n + 6, 2) and, if asked, their derivatives J (n + 6, 6 + n, 2) over z."""
+    """Enclose all n + 6 equations f (n + 6, 2) and, if asked, their derivatives J (n + 6, 6 + n, 2)."""
     n = model.n_taut
     R = np.empty((3, 3, 2))
     dR = np.empty((3, 3, 3, 2))
@@ -124,9 +124,9 @@ def system(model: Any, chart: int, z: Any, f: Any, J: Any, jacobian: bool) -> No
             e[k, 0], e[k, 1] = interval.sub(q[k, 0], q[k, 1], r[k, 0], r[k, 1])
             x0, x1 = interval.sqr(e[k, 0], e[k, 1])
             s0, s1 = interval.add(s0, s1, x0, x1)
-        l = model.lengths_sq[i]
+        square = model.lengths_sq[i]
         w = model.lengths_sq_err[i]
-        f[i, 0], f[i, 1] = interval.sub(s0, s1, down(l - w), up(l + w))
+        f[i, 0], f[i, 1] = interval.sub(s0, s1, down(square - w), up(square + w))
         for k in range(3):
             x0, x1 = interval.mul(t0, t1, e[k, 0], e[k, 1])
             f[n + k, 0], f[n + k, 1] = interval.add(f[n + k, 0], f[n + k, 1], x0, x1)

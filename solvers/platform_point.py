@@ -20,7 +20,9 @@ def point_solution(problem: Problem, options: Options, taut: tuple[int, ...]) ->
     """
     zero = problem.robot.gravity[0] * 0
     origin: Vector = (zero, zero, zero)
-    cables = tuple(Cable(problem.robot.cables[i].name, problem.robot.cables[i].frame_anchor, origin) for i in taut)
+    cables = tuple(
+        Cable(problem.robot.cables[i].name, problem.robot.cables[i].frame_anchor, origin) for i in taut
+    )
     robot = Robot(
         name=problem.robot.name,
         platform=Platform(problem.robot.platform.mass),

@@ -16,9 +16,11 @@ from numba import njit
 from cdpr_interval.engine.depth_first import depth_first
 from cdpr_interval.kernels import affine
 from cdpr_interval.kernels.rounding import down, inflate, up
+from solvers.platform_contract import EMPTY, SMALLER, contract, statics_equations
 from solvers.platform_forms import (
     BLOCK,
     CABLE,
+    EQUATION,
     POSITION,
     SCRATCH,
     centre_forms,
@@ -28,7 +30,7 @@ from solvers.platform_forms import (
     statics_excluded,
     tension_bounds,
 )
-from solvers.platform_sigma import SMALL, halve, leaf
+from solvers.platform_sigma import SMALL, copy_cell, halve, leaf
 
 P_LO, P_CHART, P_SHARE = 6, 12, 13
 P_WIDTH = 14
@@ -125,6 +127,21 @@ def position_settled(F: Any, W: Any, model: Any, roots: Any, cell: Any, lo: Any,
 
 
 @njit(cache=True, nogil=True)
+def newton_contract_position(F: Any, W: Any, model: Any, cell: Any, lo: Any, hi: Any) -> int:
+    """Contract the cell by the lengths of the taut cables and the statics."""
+    for i in range(model.n_taut):
+        sphere_gap(F, model, i, CABLE + BLOCK * i + 3)
+        for k in range(F.shape[1]):
+            F[EQUATION + i, k] = F[SCRATCH, k]
+    equations = model.n_taut
+    if model.n_taut < 6:
+        moment_forms(F, model)
+        if tension_bounds(F, W, model, lo[6:], hi[6:]):
+            equations += statics_equations(F, W, model, EQUATION + equations, lo[6:], hi[6:])
+    return contract(F, W, cell, equations)
+
+
+@njit(cache=True, nogil=True)
 def process_position(context: Any, cell: Any, children: Any) -> int:
     """Exclude, contract, settle or split one (u, p) cell; see ``engine.depth_first``."""
     model, roots, leaf_size, reach, F, W, lo, hi = context
@@ -153,6 +170,12 @@ def process_position(context: Any, cell: Any, children: Any) -> int:
         return 0
     if position_settled(F, W, model, roots, cell, lo, hi):
         return 0
+    verdict = newton_contract_position(F, W, model, cell, lo, hi)
+    if verdict == EMPTY:
+        return 0
+    if verdict == SMALLER:
+        copy_cell(cell, children)
+        return 1
     widest = 0
     width = -1.0
     for k in range(6):

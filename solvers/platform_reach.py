@@ -11,7 +11,9 @@ from solvers.problem import Problem
 def reach_message(problem: Problem) -> str:
     """Return one sentence for a complete answer without solutions."""
     names = problem.robot.cable_names
-    apart = [f"{names[i]} and {names[j]}" for i, j in combinations(range(len(names)), 2) if too_far(problem, i, j)]
+    apart = [
+        f"{names[i]} and {names[j]}" for i, j in combinations(range(len(names)), 2) if too_far(problem, i, j)
+    ]
     if apart:
         return f"no pose: cables {', '.join(apart)} are too short to reach the platform together"
     if problem.taut is not None:

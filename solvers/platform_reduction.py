@@ -168,4 +168,3 @@ def plane_platform(problem: Problem, taut: tuple[int, ...], kind: Classification
     normal = balls.cross(b1, b2)
     normal = normal * (1 / balls.norm(normal))
     return balls.columns(first, normal, balls.cross(first, normal)).transpose()
-

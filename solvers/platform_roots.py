@@ -25,6 +25,8 @@ FIRST_REACH = 0.25
 """Half width in u of the first uniqueness box tried."""
 LAST_REACH = 1e-9
 """Smallest one: below it rounding alone fills the box."""
+ROD_WIDTH = 0.1
+"""Widest box in u about a rod: the two kept moments then stay independent of the rod's direction."""
 MARGIN = 0.1
 """Share by which a uniqueness box exceeds the enclosure it was made from."""
 
@@ -77,11 +79,17 @@ PLANAR = Reduction(((0, 2), None, (0, 2), None), (0, 2, 4), planar=True)
 
 @dataclass(frozen=True, eq=False)
 class Root:
-    """A proved zero: exactly one in ``box``, and no other one in ``unique``; both (6 + n, 2) in (u, p, t)."""
+    """A proved zero for every choice of lengths: exactly one in ``box``, no other one in ``unique``.
+
+    Boxes are (6 + n, 2) in (u, p, t). ``core`` holds the zero for one choice of lengths. Two roots that
+    coincide for one choice do so for all: zeros move continuously with the lengths, and none
+    leaves ``box``, which lies inside ``unique``.
+    """
 
     chart: int
     box: Floats
     unique: Floats
+    core: Floats
 
     def row(self) -> Floats:
         """Return the uniqueness box as the kernels read it."""
@@ -157,17 +165,23 @@ class Prover:
         newton.jacobian_over(model, chart, rows, free, point, jacobian)
         if not newton.inverse_at(jacobian, inverse) or not np.all(np.isfinite(inverse)):
             return None
-        box = self.existence_box(chart, rows, free, inverse, point)
-        if box is None:
+        box = self.existence_box(model, chart, rows, free, inverse, point)
+        if box is None or (self.reduction.rod and np.ptp(box[:3], axis=1).max() > ROD_WIDTH):
             return None
         unique = self.uniqueness_box(chart, rows, free, inverse, box)
-        return None if unique is None else Root(chart, box, unique)
+        if unique is None:
+            return None
+        core = box
+        if np.any(model.lengths[:, 0] < model.lengths[:, 1]):
+            one_choice = model._replace(lengths_sq_err=np.zeros_like(model.lengths_sq_err))
+            found = self.existence_box(one_choice, chart, rows, free, inverse, point)
+            core = box if found is None else found
+        return Root(chart, box, unique, core)
 
     def existence_box(
-        self, chart: int, rows: Floats, free: Ints, inverse: Floats, point: Floats
+        self, model: Model, chart: int, rows: Floats, free: Ints, inverse: Floats, point: Floats
     ) -> Floats | None:
         """Grow a box around the point until the Krawczyk operator maps it strictly into itself."""
-        model = self.model
         residual = np.empty((len(free), 2))
         newton.residual_at(model, chart, rows, free, point, residual)
         radius = np.abs(inverse) @ np.abs(residual).max(axis=1)
@@ -180,19 +194,19 @@ class Prover:
             box[free, 0] = grown[:, 0] - slack
             box[free, 1] = grown[:, 1] + slack
             if newton.krawczyk(model, chart, rows, free, inverse, box, image):
-                return self.refined(chart, rows, free, inverse, box, image)
+                return self.refined(model, chart, rows, free, inverse, box, image)
             grown = image[free].copy()
             if not np.all(np.isfinite(grown)):
                 return None
         return None
 
     def refined(
-        self, chart: int, rows: Floats, free: Ints, inverse: Floats, box: Floats, image: Floats
+        self, model: Model, chart: int, rows: Floats, free: Ints, inverse: Floats, box: Floats, image: Floats
     ) -> Floats:
         """Contract a proved box: the root lies in the box and in every image."""
         best = np.column_stack([np.maximum(box[:, 0], image[:, 0]), np.minimum(box[:, 1], image[:, 1])])
         for _ in range(REFINEMENTS):
-            newton.krawczyk(self.model, chart, rows, free, inverse, best, image)
+            newton.krawczyk(model, chart, rows, free, inverse, best, image)
             best = np.column_stack([np.maximum(best[:, 0], image[:, 0]), np.minimum(best[:, 1], image[:, 1])])
         return best
 
@@ -220,7 +234,7 @@ class Prover:
         return None
 
     def cell_enclosure(self, chart: int, box: Floats, reach: float) -> Floats | None:
-        """Enclose (u, p, t) over a (u, p) cell, or a (u, sigma) one, of half width ``reach`` around a root."""
+        """Enclose (u, p, t) over a (u, sigma) or (u, p) cell of half width ``reach`` around a root."""
         model = self.model
         size = 6 + model.n_taut
         lo, hi = np.empty(size), np.empty(size)

@@ -20,9 +20,11 @@ from cdpr_interval.engine.depth_first import depth_first
 from cdpr_interval.kernels import affine
 from cdpr_interval.kernels.dense import solve_in_place
 from cdpr_interval.kernels.rounding import UNIT, down, inflate, up
+from solvers.platform_contract import EMPTY, SMALLER, contract, statics_equations
 from solvers.platform_forms import (
     BLOCK,
     CABLE,
+    EQUATION,
     FRAME,
     GRAM,
     OFFSET,
@@ -45,6 +47,8 @@ FLAT = 2
 """Leaf kind: the triple's centres may lie on one line although the cell is small."""
 SIGMA_WEIGHT = 0.25
 """Weight of sigma against u when bisecting: measured best in DESIGN 2.2 (u range 2 to 0.25)."""
+NEWTON_SIZE = 0.1
+"""Width of u below which a cell that is not excluded is contracted before it is bisected."""
 FLAT_SIZE = 0.03
 """Width of u below which a cell that cannot fix the position is handed on (another triple or (u, p))."""
 
@@ -96,7 +100,7 @@ def offset_form(F: Any, out: int, square: int, model: Any, j: int, i: int) -> No
 
 @njit(cache=True, nogil=True)
 def sphere_bounds(F: Any, model: Any, order: int) -> tuple[float, float, float, float]:
-    """Return bounds of l_1^2 |m|^2 - |K_2 d_3 - K_3 d_2|^2 (= sigma^2) and of |m|^2."""
+    """Return bounds of l_1^2 |m|^2 - |K_2 d_3 - K_3 d_2|^2 (= sigma^2, left in EQUATION) and of |m|^2."""
     i = model.orders[order, 0]
     s = SCRATCH
     affine.minor(F, s, GRAM, GRAM + 1, GRAM + 2, GRAM + 2)
@@ -105,15 +109,15 @@ def sphere_bounds(F: Any, model: Any, order: int) -> tuple[float, float, float, 
     affine.dot(F, s + 3, OFFSET, s + 1, 2)
     affine.constant(F, s + 4, model.lengths_sq[i], model.lengths_sq_err[i])
     affine.multiply(F, s + 6, s + 4, s)
-    affine.subtract(F, s + 7, s + 6, s + 3)
+    affine.subtract(F, EQUATION, s + 6, s + 3)
     mlo, mhi = affine.bounds(F, s)
-    lo, hi = affine.bounds(F, s + 7)
+    lo, hi = affine.bounds(F, EQUATION)
     return lo, hi, mlo, mhi
 
 
 @njit(cache=True, nogil=True)
 def position_forms(F: Any, W: Any) -> bool:
-    """Enclose x = p - c_1 in the rows POSITION by a verified linear solve of (d_2; d_3; m) x = (K_2, K_3, sigma).
+    """Enclose x = p - c_1 in the rows POSITION: verified linear solve of (d_2; d_3; m) x = (K_2, K_3, sigma).
 
     Guarantee: where True is returned, for every point of the cell the system has exactly one
     solution and the three forms enclose it. With C the approximate inverse at the centre,
@@ -148,9 +152,10 @@ def position_forms(F: Any, W: Any) -> bool:
                 spread += abs(W[i, 3 + k]) * F[FRAME + 3 * k + j, last]
             total += inflate(abs(centre) + spread, 4.0 * mag, 40.0)
         W[5, i] = up(total * (1.0 + 8.0 * UNIT))
+        # Row by row, so that NaN (an overflow) cannot hide behind max.
+        if not W[5, i] < 0.9:
+            return False
         worst = max(worst, W[5, i])
-    if not worst < 0.9:
-        return False
     # x~: centre and slopes in floats, without error.
     for c in range(last):
         for i in range(3):
@@ -179,14 +184,14 @@ def position_forms(F: Any, W: Any) -> bool:
 
 
 @njit(cache=True, nogil=True)
-def length_gap(F: Any, model: Any, chart: int, i: int, pivot: int) -> tuple[float, float]:
-    """Bound K_i - d_i . x = (|c_i - p|^2 - l_i^2) / 2 for a cable outside the triple."""
+def length_gap(F: Any, out: int, model: Any, chart: int, i: int, pivot: int) -> tuple[float, float]:
+    """Write K_i - d_i . x = (|c_i - p|^2 - l_i^2) / 2 for a cable outside the triple, and bound it."""
     squared_distance(F, SCRATCH, model, chart, i, pivot)
     offset_form(F, SCRATCH + 1, SCRATCH, model, i, pivot)
     rotated_step(F, SCRATCH + 2, model, chart, i, pivot)
     affine.dot(F, SCRATCH + 5, SCRATCH + 2, POSITION, 3)
-    affine.subtract(F, SCRATCH + 6, SCRATCH + 1, SCRATCH + 5)
-    return affine.bounds(F, SCRATCH + 6)
+    affine.subtract(F, out, SCRATCH + 1, SCRATCH + 5)
+    return affine.bounds(F, out)
 
 
 @njit(cache=True, nogil=True)
@@ -309,6 +314,27 @@ def halve(cell: Any, children: Any, lo: int) -> int:
 
 
 @njit(cache=True, nogil=True)
+def copy_cell(cell: Any, children: Any) -> None:
+    """Write the cell as its own only child."""
+    for k in range(cell.shape[0]):
+        children[0, k] = cell[k]
+
+
+@njit(cache=True, nogil=True)
+def newton_contract(F: Any, W: Any, model: Any, cell: Any, equations: int, lo: Any, hi: Any) -> int:
+    """Contract the cell by the sphere, the further lengths (already in EQUATION...) and the statics."""
+    affine.multiply(F, SCRATCH, OFFSET + 2, OFFSET + 2)
+    affine.subtract(F, SCRATCH + 1, EQUATION, SCRATCH)
+    for k in range(F.shape[1]):
+        F[EQUATION, k] = F[SCRATCH + 1, k]
+    if model.n_taut < 6:
+        moment_forms(F, model)
+        if tension_bounds(F, W, model, lo[6:], hi[6:]):
+            equations += statics_equations(F, W, model, EQUATION + equations, lo[6:], hi[6:])
+    return contract(F, W, cell, equations)
+
+
+@njit(cache=True, nogil=True)
 def leaf(cell: Any, children: Any, kind: int) -> int:
     """Return the cell as a leaf."""
     for k in range(cell.shape[0]):
@@ -361,6 +387,7 @@ def process(context: Any, cell: Any, children: Any) -> int:
         if mlo <= 0.0 or width <= leaf_size:
             return leaf(cell, children, FLAT)
         return halve(cell, children, 2 * widest)
+    equations = 1
     for i in range(model.lengths.shape[0]):
         taut = i < model.n_taut
         if not taut and not model.slack:
@@ -370,14 +397,23 @@ def process(context: Any, cell: Any, children: Any) -> int:
         )
         if taut and in_triple:
             continue
-        glo, ghi = length_gap(F, model, chart, i, pivot)
+        glo, ghi = length_gap(F, EQUATION + equations, model, chart, i, pivot)
         if glo > 0.0 or (taut and ghi < 0.0):
             return 0
+        if taut:
+            equations += 1
     cable_forms(F, model, chart, pivot)
     if model.statics and statics_excluded(F, W, model):
         return 0
     if settled(F, W, model, roots, cell, pivot, lo, hi):
         return 0
+    if width <= NEWTON_SIZE:
+        verdict = newton_contract(F, W, model, cell, equations, lo, hi)
+        if verdict == EMPTY:
+            return 0
+        if verdict == SMALLER:
+            copy_cell(cell, children)
+            return 1
     scale = model.lengths[pivot, 1] * math.sqrt(mhi)
     sigma_width = SIGMA_WEIGHT * (cell[SIGMA_HI] - cell[SIGMA_LO]) / scale
     if max(width, sigma_width) <= leaf_size:

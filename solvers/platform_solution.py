@@ -153,7 +153,8 @@ def solve_densities(problem: Problem, taut: tuple[int, ...], pose: Pose) -> Pose
     """Fill in t of six taut cables by a linear solve over the pose's box; None where it may be singular."""
     view = geometry(problem, pose)
     rows = [
-        [*balls.entries(view.spokes[i]), *balls.entries(balls.cross(view.arms[i], view.spokes[i]))] for i in taut
+        [*balls.entries(view.spokes[i]), *balls.entries(balls.cross(view.arms[i], view.spokes[i]))]
+        for i in taut
     ]
     load = balls.fractions(problem.load)
     right = balls.vector([-x for x in balls.entries(load)] + [arb(0)] * 3)
@@ -168,4 +169,3 @@ def turning(axis_point: arb_mat, axis: arb_mat, centre: arb_mat) -> arb_mat:
     """Return the motion (v at the centre, omega) of turning about an axis."""
     v = balls.cross(axis, centre - axis_point)
     return balls.vector([*balls.entries(v), *balls.entries(axis)])
-

@@ -27,9 +27,9 @@ FIRST_LEAF = 0.04
 LEAF_RATIO = 0.125
 """Each round's leaf size over that of the round before: three bisections of every variable."""
 LAST_LEAF = 1e-8
-"""Leaf size at which the search gives up: roots closer than that cannot be told apart in doubles."""
+"""Leaf size at which the search gives up: near a double root the tests see its square, close to rounding."""
 GROWING_LEAVES = 60_000
-"""More leaves than this, and more than in the round before, mean a continuum that no finer search resolves."""
+"""More leaves than this, and more than in the round before, mean a continuum that no search resolves."""
 CLAIM = 3.0
 """A Newton start speaks for the other leaves within this many leaf sizes in u."""
 
@@ -84,8 +84,8 @@ class SubsetSearch:
         """Search down to ``leaf_size``; flat leaves restart with the next triple while there is one."""
         small: list[Floats] = []
         flat_all: list[Floats] = [np.empty((0, sigma.WIDTH))]
+        make_run = position_run if in_position else sigma_run
         while len(cells):
-            make_run = position_run if in_position else sigma_run
             result = search(
                 lambda: make_run(self.model, self.roots, leaf_size),
                 cells,
@@ -98,6 +98,8 @@ class SubsetSearch:
             if result.stop is not Stop.EXHAUSTED:
                 self.stop = result.stop
                 self.pending += len(result.pending) + int((result.kinds == sigma.FLAT).sum())
+                break
+            if in_position:
                 break
             cells, flat = next_triple(self.model, result.leaves[result.kinds == sigma.FLAT])
             flat_all.append(flat)
@@ -133,7 +135,11 @@ class SubsetSearch:
             open_[near] = False
             open_[k] = False
             u = middles[k, :3]
-            p = 0.5 * (leaves[k, 6:12:2] + leaves[k, 7:12:2]) if in_position else prover.position_of(leaves[k])
+            p = (
+                0.5 * (leaves[k, 6:12:2] + leaves[k, 7:12:2])
+                if in_position
+                else prover.position_of(leaves[k])
+            )
             self.try_root(prover, int(charts[k]), u, p)
 
     def try_root(self, prover: Prover, chart: int, u: Floats, p: Floats) -> None:
@@ -157,8 +163,8 @@ def same_root(a: Root, b: Root) -> bool:
     """Return True when two proved roots of one chart are proved to be the same."""
     return (
         a.chart == b.chart
-        and bool(np.all(b.unique[:, 0] <= a.box[:, 0]))
-        and bool(np.all(a.box[:, 1] <= b.unique[:, 1]))
+        and bool(np.all(b.unique[:, 0] <= a.core[:, 0]))
+        and bool(np.all(a.core[:, 1] <= b.unique[:, 1]))
     )
 
 
@@ -285,5 +291,3 @@ def position_run(model: Model, roots: list[Root], leaf_size: float) -> Run:
         return done
 
     return run
-
-

@@ -5,17 +5,13 @@ The reported states, tensions and boxes hold for all lengths in their ranges.
 
 from __future__ import annotations
 
-from cdpr_interval.errors import InputError, NotSupportedError
-from solvers.point_mass_convex import Fields, NoPose, Unproved, find_pose
+from solvers.point_mass_convex import NoPose, Unproved, find_pose
 from solvers.point_mass_emptiness import apart_message
-from solvers.point_mass_entry import IDENTITY, solution
+from solvers.point_mass_entry import IDENTITY, Fields, solution
 from solvers.point_mass_model import RobotArrays, length_bounds, robot_arrays
 from solvers.point_mass_subsets import rows
 from solvers.problem import Method, Options, Problem
 from solvers.result import Answer, Bounds, Outcome, SubsetReport, Undecided
-from solvers.subset import largest_subset
-
-NO_LOAD = "load: the weight and the external force cancel; without a load the pose is not determined"
 
 
 def solve(problem: Problem, options: Options) -> Answer:
@@ -40,10 +36,6 @@ def solve(problem: Problem, options: Options) -> Answer:
     With outcome COMPLETE the solutions are all static poses of what was asked, each box holds exactly one,
     for every choice of lengths in their ranges.
     """
-    if not any(problem.load):
-        raise InputError(NO_LOAD)
-    if problem.robot.is_mixed:
-        raise NotSupportedError("elastic and inextensible cables in one robot are not supported yet")
     arrays = robot_arrays(problem)
     lengths = length_bounds(problem.lengths)
     if options.method is Method.SEARCH:
@@ -61,11 +53,11 @@ def _only_pose(problem: Problem, arrays: RobotArrays, lengths: Bounds) -> Answer
     """Return the robot's pose, where its taut set is what was asked for."""
     finding = find_pose(arrays, lengths)
     if isinstance(finding, Fields):
-        return answer_pose(problem, finding)
-    return answer_without_pose(problem, finding)
+        return answer_pose(problem, arrays, finding)
+    return answer_without_pose(problem, arrays, finding)
 
 
-def answer_pose(problem: Problem, fields: Fields) -> Answer:
+def answer_pose(problem: Problem, arrays: RobotArrays, fields: Fields) -> Answer:
     """Return the answer for a proved pose."""
     taut, tight, asked = fields.taut, fields.not_slack, problem.taut
     decided = taut == tight
@@ -76,26 +68,26 @@ def answer_pose(problem: Problem, fields: Fields) -> Answer:
         message = f"the only pose of the robot {kind} {carry}"
         return Answer((), subsets=(SubsetReport(asked, Outcome.COMPLETE, 0, 0, 0.0),), message=message)
     entry = solution(fields, True if decided else None)
-    return Answer((entry,), subsets=_claims(problem, taut, tight, True))
+    return Answer((entry,), subsets=_claims(problem, arrays, taut, tight, True))
 
 
-def answer_without_pose(problem: Problem, finding: NoPose | Unproved) -> Answer:
+def answer_without_pose(problem: Problem, arrays: RobotArrays, finding: NoPose | Unproved) -> Answer:
     """Return the answer when there is no pose, or none is proved."""
     count = len(problem.robot.cables)
     if isinstance(finding, NoPose):
         message = apart_message(problem.robot.cable_names, finding.weights)
-        return Answer((), subsets=_claims(problem, (), (), False), message=message)
+        return Answer((), subsets=_claims(problem, arrays, (), (), False), message=message)
     asked = tuple(range(count)) if problem.taut is None else problem.taut
     region = Undecided(asked, 1, finding.reason, finding.position, IDENTITY)
-    return Answer((), (region,), subsets=_claims(problem, (), tuple(range(count)), False))
+    return Answer((), (region,), subsets=_claims(problem, arrays, (), tuple(range(count)), False))
 
 
 def _claims(
-    problem: Problem, taut: tuple[int, ...], tight: tuple[int, ...], found: bool
+    problem: Problem, arrays: RobotArrays, taut: tuple[int, ...], tight: tuple[int, ...], found: bool
 ) -> tuple[SubsetReport, ...]:
-    asked = problem.taut
+    asked, count = problem.taut, len(problem.robot.cables)
     if asked is None:
-        return rows(len(problem.robot.cables), largest_subset(problem.robot), taut, tight, found)
+        return rows(count, count if arrays.elastic[0] else min(3, count), taut, tight, found)
     open_claim = taut != tight or (not found and bool(tight))
     outcome = Outcome.INCOMPLETE if open_claim else Outcome.COMPLETE
     return (SubsetReport(asked, outcome, int(found), 0, 0.0),)

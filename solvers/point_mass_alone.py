@@ -15,8 +15,9 @@ from fractions import Fraction
 import numpy as np
 
 from cdpr_interval.engine.budget import Budget
-from solvers.point_mass_convex import Fields, NoPose, Unproved, find_pose, part_of
-from solvers.point_mass_entry import IDENTITY, hull, solution
+from solvers.point_mass_convex import NoPose, Unproved, find_pose, part_of
+from solvers.point_mass_degenerate import dependent
+from solvers.point_mass_entry import IDENTITY, Fields, hull, solution
 from solvers.point_mass_exact import ExactPose, exact_pose, is_pose_of
 from solvers.point_mass_fields import OPEN, SLACK, TAUT
 from solvers.point_mass_model import RobotArrays
@@ -71,7 +72,7 @@ def each_subset_alone(problem: Problem, options: Options, arrays: RobotArrays, l
                 options.progress(Progress(0, total - done, 1.0 - done / total, len(claims), done, total))
     stop = StopReason.EXHAUSTED
     if done < total:
-        stop = StopReason((budget.stop() or "interrupted"))
+        stop = StopReason(budget.stop() or "interrupted")
     return Answer(
         tuple(merged_solutions(problem, claims, Proof.CONVEXITY)),
         tuple(undecided),
@@ -85,6 +86,10 @@ def subset_claim(
     problem: Problem, arrays: RobotArrays, lengths: Bounds, taut: tuple[int, ...]
 ) -> Claim | Undecided | None:
     """Return the pose the cables ``taut`` alone have with all tensions positive; None when there is none."""
+    anchors = [cable.frame_anchor for cable in problem.robot.cables]
+    if not problem.robot.is_elastic and dependent(anchors, taut, problem.load):
+        # Such poses are those of smaller subsets.
+        return None
     finding = find_pose(part_of(arrays, taut), np.ascontiguousarray(lengths[list(taut)]))
     if isinstance(finding, NoPose):
         return None

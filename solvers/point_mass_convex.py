@@ -17,12 +17,22 @@ from solvers.point_mass_elastic import settle_springs
 from solvers.point_mass_emptiness import deepest_point, proves_empty
 from solvers.point_mass_entry import Fields, fields_of, hull
 from solvers.point_mass_fields import OPEN
-from solvers.point_mass_kernels import DECIDED, NO_POSE, convex_pose, middles, springs
+from solvers.point_mass_kernels import (
+    DECIDED,
+    NO_POSE,
+    convex_pose,
+    guess_elastic,
+    guess_inextensible,
+    middles,
+    springs,
+)
 from solvers.point_mass_model import Cables, RobotArrays
 from solvers.result import Bounds
 
 PIECES = 64
-"""Most parts a length range is cut into: the hull improves slowly after that, and each costs 0.1 ms."""
+"""Most parts a length range is cut into: the hull improves slowly after that."""
+ELASTIC_PIECES = 16
+"""The same for elastic cables, where a part that stays open costs tens of milliseconds."""
 CHANGING = "which of the cables {{{}}} are taut changes over the length ranges or is not decided"
 PARTLY = "for some lengths in the ranges the cables may have no common point"
 
@@ -115,7 +125,7 @@ def settle(arrays: RobotArrays, lengths: Bounds) -> Finding:
     if arrays.elastic[0]:
         enclosed = settle_springs(cables, arrays.load, arrays.robot.cable_names)
     else:
-        settled = settle_balls(cables, arrays.load, arrays.robot)
+        settled = settle_balls(cables, arrays.load, arrays.robot, arrays.load_exact)
         if isinstance(settled, str):
             weights = empty_weights(arrays, cables, lengths)
             return Unproved(settled, reachable(arrays, lengths)) if weights is None else NoPose(weights)
@@ -150,6 +160,7 @@ def _over_ranges(arrays: RobotArrays, lengths: Bounds) -> Finding:
     """Cut the length ranges until the compiled path decides the parts, and return the hull."""
     todo, found, reasons = [lengths], list[Fields](), list[str]()
     empty: NoPose | None = None
+    most = ELASTIC_PIECES if arrays.elastic[0] else PIECES
     used = 0
     while todo:
         piece = todo.pop(0)
@@ -158,7 +169,7 @@ def _over_ranges(arrays: RobotArrays, lengths: Bounds) -> Finding:
         if status == DECIDED:
             found.append(fields)
             continue
-        cut = _widest(arrays, piece) if used + len(todo) < PIECES and status != NO_POSE else None
+        cut = _widest(arrays, piece) if used + len(todo) < most and status != NO_POSE else None
         if cut is not None:
             for half in ((piece[cut, 0], cut_at := piece[cut].mean()), (cut_at, piece[cut, 1])):
                 part = piece.copy()
@@ -190,9 +201,13 @@ def _widest(arrays: RobotArrays, lengths: Bounds) -> int | None:
     wide = width > 1e-12 * lengths[:, 1]
     if not wide.any():
         return None
-    finding = settle(arrays, lengths)
-    if isinstance(finding, Fields):
-        near = [i for i in finding.not_slack if wide[i]]
-        if near:
-            return max(near, key=lambda i: (width[i], -i))
-    return int(np.where(wide, width, -1.0).argmax())
+    cables = scaled_cables(arrays, lengths)
+    A, L, k, f = middles(cables, arrays.load)
+    taut, x = np.zeros(max(len(L), 4), dtype=np.int64), np.zeros(3 + max(len(L), 4))
+    if arrays.elastic[0]:
+        guess_elastic(A, L, k, f, taut, x)
+    else:
+        guess_inextensible(A, L, f, taut, x)
+    room = (L - np.linalg.norm(A - x[:3], axis=1)) * arrays.frame[0, 0]
+    near = wide & (room < 2.0 * width.max())
+    return int(np.where(near if near.any() else wide, width, -1.0).argmax())

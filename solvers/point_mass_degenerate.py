@@ -1,4 +1,4 @@
-"""Inextensible poses where a cable is just taut or just slack: the pose is proved, the states as far as they go.
+"""Inextensible poses where a cable is just taut or slack: the pose is proved, states as far as they go.
 
 With a point strictly inside all balls (Slater's condition) the lowest point of the balls exists, is
 unique, and carries multipliers; by Caratheodory's theorem every multiplier vector is a mean of vectors
@@ -33,7 +33,10 @@ from solvers.point_mass_model import Cables
 from solvers.point_mass_newton import krawczyk
 from solvers.result import Bounds
 
-TOUCHING = "no point is proved to lie strictly inside all cables' reach: the pose may be missing or its tensions unbounded"
+TOUCHING = (
+    "no point is proved to lie strictly within all cables' lengths: "
+    "the pose may be missing or its tensions unbounded"
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,7 +60,7 @@ class Candidate(NamedTuple):
     tension: Bounds
 
 
-def settle_balls(cables: Cables, load: Bounds, robot: Robot) -> Enclosed | str:
+def settle_balls(cables: Cables, load: Bounds, robot: Robot, exact_load: Vector) -> Enclosed | str:
     """Enclose the pose of inextensible cables without knowing which of them are taut.
 
     Returns
@@ -80,7 +83,7 @@ def settle_balls(cables: Cables, load: Bounds, robot: Robot) -> Enclosed | str:
     found = []
     for size in range(1, min(3, len(near)) + 1):
         for taut in combinations(near, size):
-            if dependent(anchors, taut):
+            if dependent(anchors, taut, exact_load):
                 continue
             candidate = _candidate(cables, load, (A, L, f), taut, outer, bounds)
             if candidate is not None:
@@ -93,9 +96,7 @@ def settle_balls(cables: Cables, load: Bounds, robot: Robot) -> Enclosed | str:
     return _merge(found, near, robot.cable_names, is_range(cables))
 
 
-def _outer_box(
-    cables: Cables, load: Bounds, A: Bounds, L: Bounds, f: Bounds, deep: Bounds
-) -> Bounds | None:
+def _outer_box(cables: Cables, load: Bounds, A: Bounds, L: Bounds, f: Bounds, deep: Bounds) -> Bounds | None:
     """Bound the pose by the duality gap between a guess and a feasible point."""
     count = len(L)
     taut = np.zeros(max(count, 4), dtype=np.int64)
@@ -149,14 +150,19 @@ def _candidate(
     if lowest_of_subset(A, L, f, index, m, p, t):
         x = np.concatenate([p, t[:m]])
         zero, domain = np.empty((3 + m, 2)), np.empty((3 + m, 2))
-        if krawczyk(cables, load, index, m, x, anywhere(3 + m), zero, domain) and math.fsum(zero[3:, 0]) > 0.0:
+        if (
+            krawczyk(cables, load, index, m, x, anywhere(3 + m), zero, domain)
+            and math.fsum(zero[3:, 0]) > 0.0
+        ):
             if (zero[3:, 1] <= 0.0).any():
                 return None
             tension_bounds(cables, index, m, zero, tension)
             tension[:, 0] = np.maximum(tension[:, 0], 0.0)
             for i in taut:
                 tension[i, 1] = min(tension[i, 1], bounds[i])
-            box = np.column_stack([np.maximum(zero[:3, 0], outer[:, 0]), np.minimum(zero[:3, 1], outer[:, 1])])
+            box = np.column_stack(
+                [np.maximum(zero[:3, 0], outer[:, 0]), np.minimum(zero[:3, 1], outer[:, 1])]
+            )
     if (box[:, 0] > box[:, 1]).any() or (tension[:, 0] > tension[:, 1]).any():
         return None
     for i in range(count):
@@ -165,22 +171,26 @@ def _candidate(
     return Candidate(taut, box, tension)
 
 
-def dependent(anchors: Sequence[Vector], taut: tuple[int, ...]) -> bool:
-    """True when the directions from the exit points to any one point are dependent, decided exactly.
+def dependent(anchors: Sequence[Vector], taut: tuple[int, ...], load: Vector) -> bool:
+    """Return True when the directions of the cables are dependent at every equilibrium, decided exactly.
 
-    That is so for equal exit points and for three on one line.
+    That is so for equal exit points and for three on one line. Two exit points on a line parallel to the
+    load, or three in a plane parallel to it, balance it only with multipliers of sum zero, or at a pose
+    on that line or plane.
     """
     if any(anchors[i] == anchors[j] for i, j in combinations(taut, 2)):
         return True
-    if len(taut) < 3:
+    if len(taut) == 1:
         return False
-    a, b, c = (anchors[i] for i in taut)
-    d, e = ([x - y for x, y in zip(v, a, strict=True)] for v in (b, c))
-    return all(d[j - 2] * e[j - 1] == d[j - 1] * e[j - 2] for j in range(3))
+    a = anchors[taut[0]]
+    d, *rest = ([x - y for x, y in zip(anchors[i], a, strict=True)] for i in taut[1:])
+    other = rest[0] if rest else load
+    normal = [d[j - 2] * other[j - 1] - d[j - 1] * other[j - 2] for j in range(3)]
+    return not any(normal) or (bool(rest) and sum(n * f for n, f in zip(normal, load, strict=True)) == 0)
 
 
 def is_range(cables: Cables) -> bool:
-    """True when some length is more uncertain than a decimal read as a double."""
+    """Return True when some length is more uncertain than a decimal read as a double."""
     lengths = cables[2]
     return bool((lengths[:, 1] - lengths[:, 0] > 1e-14 * lengths[:, 1]).any())
 

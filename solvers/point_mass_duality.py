@@ -1,9 +1,9 @@
 """Enclosures of the lowest point of balls that need no guess of the taut cables.
 
 For multipliers t >= 0 with sum T > 0 the Lagrangian -f . p + sum t_i / 2 (|p - A_i|^2 - l_i^2) is
-d + T / 2 |p - c|^2 with c = (f + sum t_i A_i) / T. At the lowest point p* it is at most -f . p*, which is at
-most -f . q for every point q of all balls. So T / 2 |p* - c|^2 <= -f . q - d: a ball around c, as small as the
-duality gap allows, whatever cables are taut, for all lengths in their ranges.
+d + T / 2 |p - c|^2 with c = (f + sum t_i A_i) / T. At the lowest point p* it is at most -f . p*, which
+is at most -f . q for every point q of all balls. So T / 2 |p* - c|^2 <= -f . q - d: a ball around c, as
+small as the duality gap allows, whatever cables are taut, for all lengths in their ranges.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ def inside_all(cables: Any, q: Any) -> bool:
     box = np.empty((3, 2))
     for j in range(3):
         box[j, 0], box[j, 1] = q[j], q[j]
-    for i in range(lengths.shape[0]):
+    for i in range(lengths.shape[0]):  # noqa: SIM110 - numba compiles no generator expressions
         if not distance(anchors, i, box)[1] < lengths[i, 0]:
             return False
     return True

@@ -28,9 +28,7 @@ def settle_springs(cables: Cables, load: Bounds, names: tuple[str, ...]) -> Encl
     guess_elastic(A, L, k, f, taut, x)
     box, domain = np.empty((3, 2)), np.empty((3, 2))
     guess = x[:3].copy()
-    if not (
-        np.isfinite(guess).all() and gradient_krawczyk(cables, load, guess, anywhere(3), box, domain)
-    ):
+    if not (np.isfinite(guess).all() and gradient_krawczyk(cables, load, guess, anywhere(3), box, domain)):
         box = trap(cables, load)
     tension = np.zeros((count, 2))
     states = np.full(count, SLACK, dtype=np.int64)

@@ -118,9 +118,6 @@ def is_inside_all(point: Iterable[Fraction], anchors: Sequence[Vector], shortest
 def apart_message(names: Sequence[str], weights: dict[int, float]) -> str:
     """Return the sentence that says which cables cannot reach a common point."""
     chosen = [names[i] for i in sorted(weights)]
-    if len(chosen) == 1:
-        listed = chosen[0]
-    else:
-        listed = f"{', '.join(chosen[:-1])} and {chosen[-1]}"
+    listed = " and ".join(", ".join(chosen).rsplit(", ", 1))
     where = "both" if len(chosen) == 2 else "all"
     return f"cables {listed} cannot reach a common point: no point lies within {where} their lengths"

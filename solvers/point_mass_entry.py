@@ -32,12 +32,12 @@ class Fields:
     @property
     def taut(self) -> tuple[int, ...]:
         """Cables proved taut."""
-        return tuple(int(i) for i in np.flatnonzero(self.states == TAUT))
+        return tuple([i for i, state in enumerate(self.states.tolist()) if state == TAUT])
 
     @property
     def not_slack(self) -> tuple[int, ...]:
         """Cables that may be taut."""
-        return tuple(int(i) for i in np.flatnonzero(self.states != SLACK))
+        return tuple([i for i, state in enumerate(self.states.tolist()) if state != SLACK])
 
 
 def fields_of(

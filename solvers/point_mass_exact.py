@@ -88,9 +88,7 @@ def exact_pose(anchors: Sequence[Vector], lengths: Sequence[Fraction], load: Vec
         if square <= 0 or gg == 0:
             return None
         radicand = square / gg
-        return ExactPose(
-            _along(a, c, d), g, radicand, ((q, (1 - c) / radicand), (-q, c / radicand))
-        )
+        return ExactPose(_along(a, c, d), g, radicand, ((q, (1 - c) / radicand), (-q, c / radicand)))
     e = _minus(anchors[2], a)
     m = _cross(d, e)
     mm, fm = _dot(m, m), _dot(load, m)

@@ -129,8 +129,15 @@ def tension_bounds(cables: Any, taut: Any, m: int, box: Any, tension: Any) -> No
     for a in range(m):
         c = taut[a]
         lo, hi = reach(
-            elastic[c], lengths[c, 0], lengths[c, 1], k[c, 0], k[c, 1], w[c, 0], w[c, 1],
-            box[3 + a, 0], box[3 + a, 1],
+            elastic[c],
+            lengths[c, 0],
+            lengths[c, 1],
+            k[c, 0],
+            k[c, 1],
+            w[c, 0],
+            w[c, 1],
+            box[3 + a, 0],
+            box[3 + a, 1],
         )
         tension[c, 0], tension[c, 1] = mul(box[3 + a, 0], box[3 + a, 1], lo, hi)
 

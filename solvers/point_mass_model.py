@@ -15,12 +15,13 @@ from fractions import Fraction
 import numpy as np
 from numpy.typing import NDArray
 
+from cdpr_interval.errors import InputError, NotSupportedError
 from cdpr_interval.kernels.enclosure import enclose
 from cdpr_interval.robots.model import Robot, Vector
 from solvers.problem import LengthRange, Problem
 from solvers.result import Bounds
 
-ZERO_FORCE: Vector = (Fraction(0), Fraction(0), Fraction(0))
+NO_LOAD = "load: the weight and the external force cancel; without a load the pose is not determined"
 
 
 Cables = tuple[NDArray[np.bool_], Bounds, Bounds, Bounds, Bounds]
@@ -90,6 +91,10 @@ def _frame(robot: Robot, unit: float, force_unit: float) -> Bounds:
 
 
 def _robot_arrays(robot: Robot, load: Vector) -> RobotArrays:
+    if not any(load):
+        raise InputError(NO_LOAD)
+    if robot.is_mixed:
+        raise NotSupportedError("elastic and inextensible cables in one robot are not supported yet")
     origin = robot.cables[0].frame_anchor
     relative = [
         tuple(a - o for a, o in zip(cable.frame_anchor, origin, strict=True)) for cable in robot.cables
@@ -111,7 +116,9 @@ def _robot_arrays(robot: Robot, load: Vector) -> RobotArrays:
         robot=robot,
         load_exact=load,
         elastic=np.array([cable.elasticity is not None for cable in robot.cables]),
-        constant=np.array([c.elasticity is not None and c.elasticity.stiffness is not None for c in robot.cables]),
+        constant=np.array(
+            [c.elasticity is not None and c.elasticity.stiffness is not None for c in robot.cables]
+        ),
         anchors=_bounds(x / exact_unit for anchor in relative for x in anchor).reshape(-1, 3, 2),
         given=_bounds(given),
         load=_bounds(x / exact_force for x in load),
@@ -124,7 +131,15 @@ _latest: list[tuple[Robot, Vector, RobotArrays]] = []
 
 
 def robot_arrays(problem: Problem) -> RobotArrays:
-    """Return the arrays of a problem's robot and load, kept from the last call where they are the same."""
+    """Return the arrays of a problem's robot and load, kept from the last call where they are the same.
+
+    Raises
+    ------
+    InputError
+        The load is zero.
+    NotSupportedError
+        Some cables stretch and others do not.
+    """
     robot, force = problem.robot, problem.external_force
     for known, known_force, arrays in _latest:
         if known is robot and (known_force is force or known_force == force):

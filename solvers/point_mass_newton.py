@@ -16,6 +16,7 @@ parameters X holds exactly one zero, and it lies in K(X).
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
@@ -33,8 +34,15 @@ CONTRACTIONS = 6
 
 @njit(cache=True, nogil=True)
 def reach(
-    elastic: bool, length_lo: float, length_hi: float, k_lo: float, k_hi: float, w_lo: float, w_hi: float,
-    t_lo: float, t_hi: float,
+    elastic: bool,
+    length_lo: float,
+    length_hi: float,
+    k_lo: float,
+    k_hi: float,
+    w_lo: float,
+    w_hi: float,
+    t_lo: float,
+    t_hi: float,
 ) -> tuple[float, float]:
     """Enclose h(t): the distance at which a cable has the multiplier t; the line where t reaches k.
 
@@ -43,6 +51,9 @@ def reach(
     if not elastic:
         return length_lo, length_hi
     lo, hi = sub(k_lo, k_hi, t_lo, t_hi)
+    if not lo > 0.0:
+        # t = k - k l / |e| is below k; beyond it h^2 has a branch without meaning.
+        return -math.inf, math.inf
     return div(w_lo, w_hi, lo, hi)
 
 
@@ -79,8 +90,15 @@ def evaluate(cables: Any, load: Any, taut: Any, m: int, box: Any, arms: Any, out
             lo, hi = mul(box[3 + i, 0], box[3 + i, 1], lo, hi)
             out[m + j, 0], out[m + j, 1] = add(out[m + j, 0], out[m + j, 1], lo, hi)
         hlo, hhi = reach(
-            elastic[c], lengths[c, 0], lengths[c, 1], k[c, 0], k[c, 1], w[c, 0], w[c, 1],
-            box[3 + i, 0], box[3 + i, 1],
+            elastic[c],
+            lengths[c, 0],
+            lengths[c, 1],
+            k[c, 0],
+            k[c, 1],
+            w[c, 0],
+            w[c, 1],
+            box[3 + i, 0],
+            box[3 + i, 1],
         )
         hlo, hhi = sqr(hlo, hhi)
         lo, hi = sub(slo, shi, hlo, hhi)
@@ -132,9 +150,7 @@ def invert_at(cables: Any, taut: Any, m: int, x: Any, inverse: Any) -> bool:
 
 
 @njit(cache=True, nogil=True)
-def deviation(
-    cables: Any, taut: Any, m: int, box: Any, arms: Any, inverse: Any, magnitude: Any
-) -> None:
+def deviation(cables: Any, taut: Any, m: int, box: Any, arms: Any, inverse: Any, magnitude: Any) -> None:
     """Write upper bounds of |I - C J| over a box whose arms are given, entry by entry."""
     n = 3 + m
     tlo, thi = 0.0, 0.0
@@ -169,9 +185,7 @@ def spread(x: Any, radius: Any, n: int, box: Any) -> None:
 
 
 @njit(cache=True, nogil=True)
-def krawczyk(
-    cables: Any, load: Any, taut: Any, m: int, x: Any, cover: Any, box: Any, domain: Any
-) -> bool:
+def krawczyk(cables: Any, load: Any, taut: Any, m: int, x: Any, cover: Any, box: Any, domain: Any) -> bool:
     """Prove the equilibrium of a taut set near a guess and enclose it to the float limit.
 
     Parameters

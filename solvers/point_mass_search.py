@@ -24,16 +24,17 @@ from solvers.point_mass_alone import (
     merged_solutions,
     subset_claim,
 )
-from solvers.point_mass_cells import PROVED, WIDTH, all_cables, contains, run_cells, settle_elastic, settle_rigid
-from solvers.point_mass_convex import Fields, find_pose, scaled_cables
+from solvers.point_mass_cells import PROVED, WIDTH, contains, run_cells, settle
+from solvers.point_mass_convex import find_pose, scaled_cables
 from solvers.point_mass_degenerate import dependent
-from solvers.point_mass_entry import fields_of
-from solvers.point_mass_fields import TAUT, distance
+from solvers.point_mass_entry import Fields, fields_of
+from solvers.point_mass_fields import TAUT
 from solvers.point_mass_kernels import anywhere, tension_bounds
 from solvers.point_mass_model import Cables, RobotArrays, select
 from solvers.point_mass_newton import krawczyk
+from solvers.point_mass_statics import all_cables
 from solvers.point_mass_subsets import subset_count, subsets
-from solvers.point_mass_trap import start_box
+from solvers.point_mass_trap import low_point, start_box
 from solvers.problem import Options, Problem, Progress
 from solvers.result import Answer, Bounds, Outcome, Proof, Solution, StopReason, SubsetReport, Undecided
 from solvers.subset import largest_subset
@@ -49,7 +50,7 @@ class Root:
     """A proved zero of the square system of a subset."""
 
     zero: Bounds
-    """(3 + m, 2) enclosure, or (3, 2) for elastic cables."""
+    """(3 + m, 2) enclosure of pose and multipliers."""
     domain: Bounds
     """The box in which it is the only zero."""
 
@@ -113,7 +114,7 @@ def _search_one(
     rest = () if options.ignore_slack else tuple(i for i in range(len(lengths)) if i not in taut)
     others = select(everything, rest)
     anchors = [cable.frame_anchor for cable in problem.robot.cables]
-    if not arrays.elastic[0] and dependent(anchors, taut):
+    if not arrays.elastic[0] and dependent(anchors, taut, arrays.load_exact):
         # No independent multipliers: such poses are those of smaller subsets.
         return SubsetSearch(taut, [], 0, 0, 0, time.perf_counter() - start, Stop.EXHAUSTED)
     box = start_box(cables, arrays.load) if arrays.elastic[0] else _reach(cables)
@@ -122,7 +123,7 @@ def _search_one(
         return SubsetSearch(taut, [], 0, 0, 0, time.perf_counter() - start, Stop.EXHAUSTED)
     spread = float((cables[2][:, 1] - cables[2][:, 0]).max())
     limits = np.array([ATTEMPT * width, max(SMALLEST * width, 0.25 * spread)])
-    context = (cables, others, arrays.load, limits, True)
+    context = (cables, others, arrays.load, limits, True, *low_point(cables, arrays.load))
 
     def make_run() -> Run:
         return lambda stack, count, leaves, kinds, children, limit: run_cells(
@@ -155,21 +156,17 @@ def _reach(cables: Cables) -> Bounds:
 def _root_of(cables: Cables, load: Bounds, leaf: Bounds) -> Root | None:
     """Repeat the proof of a leaf and enclose its root to the float limit."""
     box = np.ascontiguousarray(leaf[: WIDTH - 1].reshape(3, 2))
-    elastic = bool(cables[0][0])
     m = len(cables[2])
-    n = 3 if elastic else 3 + m
-    x, zero, domain = np.empty(3 + m), np.empty((3 + m, 2)), np.empty((3 + m, 2))
-    settle = settle_elastic if elastic else settle_rigid
+    n = 3 + m
+    x, zero, domain = np.empty(n), np.empty((n, 2)), np.empty((n, 2))
     if not settle(cables, load, box, x, zero, domain):
         return None
-    zero, domain = zero[:n], domain[:n]
-    if not elastic:
-        narrow, inner = np.empty((n, 2)), np.empty((n, 2))
-        x = zero.mean(axis=1)
-        if krawczyk(cables, load, all_cables(m), m, x, anywhere(n), narrow, inner) and contains(
-            domain, narrow, n
-        ):
-            zero = np.column_stack([np.maximum(zero[:, 0], narrow[:, 0]), np.minimum(zero[:, 1], narrow[:, 1])])
+    narrow, inner = np.empty((n, 2)), np.empty((n, 2))
+    x = zero.mean(axis=1)
+    if krawczyk(cables, load, all_cables(m), m, x, anywhere(n), narrow, inner) and contains(
+        domain, narrow, n
+    ):
+        zero = np.column_stack([np.maximum(zero[:, 0], narrow[:, 0]), np.minimum(zero[:, 1], narrow[:, 1])])
     return Root(zero, domain)
 
 
@@ -180,27 +177,18 @@ def _same(a: Root, b: Root) -> bool:
 
 
 def _claim(
-    problem: Problem, arrays: RobotArrays, lengths: Bounds, taut: tuple[int, ...], root: Root
+    problem: Problem, arrays: RobotArrays, lengths: Bounds, taut: tuple[int, ...], root: Root, alone: bool
 ) -> Claim | bool:
-    """Return the claim of a root; False when it is no pose (a tension is not positive), True when open."""
+    """Return the claim of a root; False when it is no pose (a tension is not positive), True when open.
+
+    Signs are decided exactly only where subsets are looked at ``alone``: a pose of the whole robot at which
+    a cable is just taut is reported as such, as the convexity path does.
+    """
     everything = scaled_cables(arrays, lengths)
     cables = select(everything, taut)
     m = len(taut)
+    zero = root.zero
     tension = np.zeros((m, 2))
-    if arrays.elastic[0]:
-        near = np.array([distance(cables[1], i, root.zero) for i in range(m)])
-        if (near[:, 1] <= cables[2][:, 0]).any():
-            return False
-        middle = root.zero.mean(axis=1)
-        k, w = cables[3].mean(axis=1), cables[4].mean(axis=1)
-        x = np.concatenate([middle, k - w / near.mean(axis=1)])
-        zero, domain = np.empty((3 + m, 2)), np.empty((3 + m, 2))
-        if not krawczyk(cables, arrays.load, all_cables(m), m, x, anywhere(3 + m), zero, domain):
-            return True
-        if not contains(root.domain, zero, 3):
-            return True
-    else:
-        zero = root.zero
     if (zero[3:, 1] <= 0.0).any():
         return False
     if not (zero[3:, 0] > 0.0).all():
@@ -208,7 +196,9 @@ def _claim(
     tension_bounds(cables, all_cables(m), m, zero, tension)
     states = np.full(m, TAUT, dtype=np.int64)
     own = fields_of(cables, arrays.frame, np.ascontiguousarray(zero[:3]), tension, states)
-    return complete_claim(problem, arrays, lengths, taut, own, exact_pose_of(problem, taut))
+    return complete_claim(
+        problem, arrays, lengths, taut, own, exact_pose_of(problem, taut) if alone else None
+    )
 
 
 def _collect(
@@ -229,7 +219,7 @@ def _collect(
         own: list[Claim] = []
         is_open = one.small > 0
         for root in one.roots:
-            claim = _claim(problem, arrays, lengths, one.taut, root)
+            claim = _claim(problem, arrays, lengths, one.taut, root, options.ignore_slack)
             if isinstance(claim, Claim):
                 if options.ignore_slack or claim.slack_respected is True:
                     own.append(claim)
@@ -272,15 +262,19 @@ def _by_convexity(
     """Settle what the search left open (or say why there is nothing) with the only pose of the robot."""
     finding = find_pose(arrays, lengths)
     if isinstance(finding, Fields):
-        settled = answer_pose(problem, finding)
+        settled = answer_pose(problem, arrays, finding)
     else:
-        settled = answer_without_pose(problem, finding)
+        settled = answer_without_pose(problem, arrays, finding)
     if not doubtful:
         if settled.solutions and not answer.pending:
             # The two proofs contradict each other: report the region instead of either.
             taut = settled.solutions[0].taut
             region = Undecided(
-                taut, 1, "search and convexity disagree", settled.solutions[0].position, settled.solutions[0].rotation
+                taut,
+                1,
+                "search and convexity disagree",
+                settled.solutions[0].position,
+                settled.solutions[0].rotation,
             )
             return _with(answer, (), (region,), "")
         return _with(answer, answer.solutions, answer.undecided, settled.message)

@@ -13,6 +13,7 @@ import numpy as np
 from cdpr_interval.kernels.interval import add, div, mul, sqr, sqrt, sub
 from solvers.point_mass_cells import WIDTH, run_cells
 from solvers.point_mass_fields import distance
+from solvers.point_mass_kernels import guess_elastic, middles
 from solvers.point_mass_model import Cables, select
 from solvers.result import Bounds
 
@@ -55,18 +56,43 @@ def start_box(cables: Cables, load: Bounds) -> Bounds:
     return box
 
 
+def low_point(cables: Cables, load: Bounds) -> tuple[Bounds, float]:
+    """Return a point (3,) near the minimum, and a bound of its elastic energy for all lengths."""
+    elastic, anchors, lengths, stiffness, _ = cables
+    low, ceiling, best = np.zeros(3), math.inf, math.inf
+    if not elastic.all():
+        return low, ceiling
+    A, L, k, f = middles(cables, load)
+    for ends in (L, np.ascontiguousarray(lengths[:, 0]), np.ascontiguousarray(lengths[:, 1])):
+        x = np.zeros(3 + max(len(L), 4))
+        guess_elastic(A, ends, k, f, np.zeros(max(len(L), 4), dtype=np.int64), x)
+        if not np.isfinite(x[:3]).all():
+            continue
+        point = np.column_stack([x[:3], x[:3]])
+        total = 0.0
+        for i in range(len(L)):
+            excess = max(sub(*distance(anchors, i, point), *lengths[i])[1], 0.0)
+            term = mul(0.5, 0.5, *mul(*stiffness[i], *sqr(0.0, excess)))
+            total = add(total, total, *term)[1]
+        energy = total - float(f @ x[:3])
+        if energy < best:
+            low, ceiling, best = x[:3].copy(), total, energy
+    return low, ceiling
+
+
 def trap(cables: Cables, load: Bounds) -> Bounds:
     """Return a box (3, 2) that holds the pose for all lengths in their ranges; all cables elastic."""
     box = start_box(cables, load)
     frame = np.empty((4, WIDTH))
     none = select(cables, ())
+    low, ceiling = low_point(cables, load)
     for _ in range(60):
         width = float((box[:, 1] - box[:, 0]).max())
         limits = np.array([0.0, FINEST * width])
         stack, leaves = np.empty((TRAP_CELLS, WIDTH)), np.empty((TRAP_CELLS, WIDTH))
         kinds = np.empty(TRAP_CELLS, dtype=np.int64)
         stack[0] = [*box.ravel(), 1.0]
-        context = (cables, none, load, limits, False)
+        context = (cables, none, load, limits, False, low, ceiling)
         pending, found, _ = run_cells(context, stack, 1, leaves, kinds, frame, TRAP_CELLS)
         rows = np.concatenate([stack[:pending], leaves[:found]])
         if not len(rows):

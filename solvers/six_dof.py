@@ -6,17 +6,20 @@ import time
 from dataclasses import dataclass, field
 from itertools import combinations
 
+import numpy as np
+
 from cdpr_interval.engine.budget import Budget, Stop
+from cdpr_interval.engine.search import Report
 from solvers import balls
-from solvers.platform_clusters import clusters
+from solvers.platform_clusters import clusters, reachable_box
 from solvers.platform_families import Classification, Kind, classify
 from solvers.platform_frame import Pose, lies_in, pose_of
 from solvers.platform_merge import absorb, distinct, is_open, shared
 from solvers.platform_point import point_solution, poses_at
-from solvers.platform_reduction import Reduced, reduced_problems
 from solvers.platform_reach import reach_message
+from solvers.platform_reduction import Reduced, reduced_problems
 from solvers.platform_roots import Root
-from solvers.platform_solution import pose_solution, solve_densities
+from solvers.platform_solution import origin, pose_solution, solve_densities
 from solvers.platform_subset import SubsetSearch
 from solvers.platform_turns import (
     Axis,
@@ -30,7 +33,9 @@ from solvers.problem import Options, Problem, Progress
 from solvers.result import Answer, Outcome, Solution, StopReason, SubsetReport, Undecided
 
 MOST_TAUT = 6
-"""Any equilibrium is one of a subset with independent wrenches (Caratheodory), of which R^6 has at most six."""
+"""Any equilibrium is one of a subset with independent wrenches (Caratheodory); R^6 has at most six."""
+
+DEPENDENT_REASON = "the wrenches of these cables are dependent in every pose: ask for fewer taut cables"
 
 
 def solve(problem: Problem, options: Options) -> Answer:
@@ -98,6 +103,9 @@ class Run:
         """Dispatch on the kind of the subset."""
         kind = classify(self.problem, taut)
         if kind.kind is Kind.DEPENDENT:
+            # Smaller subsets hold all its poses; asked for alone, it has no isolated tensions to prove.
+            if self.problem.taut is not None:
+                found.undecided.append(undecided_anywhere(self.problem, taut, DEPENDENT_REASON))
             return
         if kind.kind in (Kind.ONE_POINT, Kind.FREE_TURNING):
             self.examine_point(taut, kind, found)
@@ -176,7 +184,7 @@ class Run:
                 return True
         return False
 
-    def reporter(self, found: Found):  # type: ignore[no-untyped-def]
+    def reporter(self, found: Found) -> Report | None:
         """Return the callback that turns a search's state into a ``Progress``."""
         tell = self.options.progress
         if tell is None:
@@ -186,7 +194,9 @@ class Run:
 
         def report(cells: int, pending: int, volume: float) -> None:
             solutions = proved + len(found.solutions)
-            tell(Progress(done + found.cells + cells, pending, volume, solutions, len(self.found), self.total))
+            tell(
+                Progress(done + found.cells + cells, pending, volume, solutions, len(self.found), self.total)
+            )
 
         return report
 
@@ -220,8 +230,6 @@ def report_of(taut: tuple[int, ...], found: Found, seconds: float) -> SubsetRepo
 
 def undecided_pose(problem: Problem, taut: tuple[int, ...], pose: Pose, reason: str) -> Undecided:
     """Return an undecided entry at one proved pose."""
-    from solvers.platform_solution import origin
-
     return Undecided(
         taut,
         1,
@@ -233,9 +241,5 @@ def undecided_pose(problem: Problem, taut: tuple[int, ...], pose: Pose, reason: 
 
 def undecided_anywhere(problem: Problem, taut: tuple[int, ...], reason: str) -> Undecided:
     """Return an undecided entry that covers every pose the taut cables allow."""
-    import numpy as np
-
-    from solvers.platform_clusters import reachable_box
-
     rotation = np.tile(np.array([-1.0, 1.0]), (3, 3, 1))
     return Undecided(taut, 1, reason, reachable_box(problem, taut), rotation)

@@ -26,7 +26,14 @@ MAX_CHILDREN = 4
 # Inlined into its caller: numba does not cache a call that passes a function as a value.
 @njit(cache=True, nogil=True, inline="always")
 def depth_first(
-    process: Any, context: Any, stack: Any, count: int, leaves: Any, kinds: Any, children: Any, cell_limit: int
+    process: Any,
+    context: Any,
+    stack: Any,
+    count: int,
+    leaves: Any,
+    kinds: Any,
+    children: Any,
+    cell_limit: int,
 ) -> tuple[int, int, int]:
     """Explore the first ``count`` rows of ``stack`` until it is empty or a limit is reached.
 

@@ -68,7 +68,8 @@ def constant(F: Forms, out: int, value: float, error: float) -> None:
 @njit("void(f8[:, ::1], i8, i8, f8, f8)", cache=True, nogil=True)
 def variable(F: Forms, out: int, symbol: int, lo: float, hi: float) -> None:
     """Set ``out`` to the interval [lo, hi] on noise symbol ``symbol`` (1..K)."""
-    m = 0.5 * (lo + hi)
+    # A single number stands exactly, also where lo + hi overflows.
+    m = 0.5 * (lo + hi) if lo < hi else lo
     constant(F, out, m, 0.0)
     F[out, symbol] = max(up(hi - m), up(m - lo)) if lo < hi else 0.0
 
@@ -196,6 +197,8 @@ def multiply(F: Forms, out: int, a: int, b: int) -> None:
 def reciprocal(F: Forms, out: int, a: int) -> bool:
     """Set ``out`` to 1 / F[a] for a positive form; False (out untouched) if it is not proved positive.
 
+    Also False where the product of its bounds underflows.
+
     On [lo, hi] the line -x / p + q with p = lo hi (the chord's slope) runs above 1/x at no point
     by more than 0 and below by at most the gap at x = sqrt(lo hi):
     chord minus 1/x lies in [0, 1/lo + 1/hi - 2 / sqrt(lo hi)].
@@ -203,8 +206,11 @@ def reciprocal(F: Forms, out: int, a: int) -> bool:
     lo, hi = bounds(F, a)
     if not (lo > 0.0 and hi < math.inf):
         return False
+    product = lo * hi
+    if not product > 0.0:
+        return False
     last = F.shape[1] - 1
-    slope = -1.0 / (lo * hi)
+    slope = -1.0 / product
     # Bounds of 1/x - slope x at the ends and at the (only) stationary point x = 1 / sqrt(-slope),
     # all for the rounded slope that is really used.
     root = math.sqrt(-slope)

@@ -1,0 +1,188 @@
+"""Platforms with an equilibrium known exactly: pose, tensions and data are fractions."""
+
+from __future__ import annotations
+
+import math
+import random
+from collections.abc import Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from itertools import combinations
+
+from solvers.platform_model import Model, Range, RangeVector, build_model
+
+Vector = list[Fraction]
+HALF_TURN_SIGNS = ((1, 1, 1), (1, -1, -1), (-1, 1, -1), (-1, -1, 1))
+
+
+def dot(a: Sequence[Fraction], b: Sequence[Fraction]) -> Fraction:
+    return sum((x * y for x, y in zip(a, b, strict=True)), Fraction(0))
+
+
+def cross(a: Sequence[Fraction], b: Sequence[Fraction]) -> Vector:
+    return [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+
+
+def minus(a: Sequence[Fraction], b: Sequence[Fraction]) -> Vector:
+    return [x - y for x, y in zip(a, b, strict=True)]
+
+
+def apply(matrix: Sequence[Sequence[Fraction]], v: Sequence[Fraction]) -> Vector:
+    return [dot(row, v) for row in matrix]
+
+
+def determinant(m: Sequence[Sequence[Fraction]]) -> Fraction:
+    return dot(m[0], cross(m[1], m[2]))
+
+
+def solve3(m: Sequence[Sequence[Fraction]], right: Sequence[Fraction]) -> Vector:
+    """Solve m x = right by Cramer's rule."""
+    columns = [list(c) for c in zip(*m, strict=True)]
+    det = determinant(m)
+    return [determinant([*columns[:k], list(right), *columns[k + 1 :]]) / det for k in range(3)]
+
+
+def cayley(u: Sequence[Fraction]) -> list[Vector]:
+    """Return the rotation of the quaternion (1, u), from the textbook matrix of a quaternion."""
+    x, y, z = u
+    s = 1 + x * x + y * y + z * z
+    return [
+        [(1 + x * x - y * y - z * z) / s, 2 * (x * y - z) / s, 2 * (x * z + y) / s],
+        [2 * (x * y + z) / s, (1 - x * x + y * y - z * z) / s, 2 * (y * z - x) / s],
+        [2 * (x * z - y) / s, 2 * (y * z + x) / s, (1 - x * x - y * y + z * z) / s],
+    ]
+
+
+def fraction(rng: random.Random, lo: int, hi: int) -> Fraction:
+    """Return a random fraction in [lo, hi] that is not a double."""
+    d = 30_011
+    return Fraction(rng.randint(lo * d, hi * d), d)
+
+
+def root_range(x: Fraction) -> Range:
+    """Return a range of width 2^-200 around the square root of x."""
+    scaled = math.isqrt((x * 4**200).__floor__())
+    return Range(Fraction(scaled, 2**200), Fraction(scaled + 1, 2**200))
+
+
+def widen(rng: random.Random, r: Range, width: Fraction) -> Range:
+    return Range(r.lo - width * fraction(rng, 0, 1), r.hi + width * fraction(rng, 0, 1))
+
+
+@dataclass(frozen=True)
+class Planted:
+    """A robot whose first cables balance the load at a known pose; the others are slack or just tight."""
+
+    model: Model
+    chart: int
+    n: int
+    u: Vector
+    p: Vector
+    t: Vector
+    anchors: list[Vector]
+    points: list[Vector]
+    load: Vector
+    lengths_sq: list[Fraction]
+    """Squared lengths that the data hold; of the taut cables exactly |e_i|^2."""
+
+    def rotation(self, u: Sequence[Fraction]) -> list[Vector]:
+        """Return R(u) D_c."""
+        signs = HALF_TURN_SIGNS[self.chart]
+        return [[x * s for x, s in zip(row, signs, strict=True)] for row in cayley(u)]
+
+    def centre(self, u: Sequence[Fraction], i: int) -> Vector:
+        """Return c_i = A_i - R b_i."""
+        return minus(self.anchors[i], apply(self.rotation(u), self.points[i]))
+
+    def frame(self, u: Sequence[Fraction], order: int) -> list[Vector]:
+        """Return d_2, d_3 and m of a triple."""
+        i, j, k = (int(c) for c in self.model.orders[order, :3])
+        first = self.centre(u, i)
+        d, e = minus(self.centre(u, j), first), minus(self.centre(u, k), first)
+        return [d, e, cross(d, e)]
+
+    def offsets(self, u: Sequence[Fraction], order: int) -> Vector:
+        """Return K_2 and K_3 of a triple."""
+        i, j, k = (int(c) for c in self.model.orders[order, :3])
+        d, e, _ = self.frame(u, order)
+        l_sq = self.lengths_sq
+        return [(dot(d, d) + l_sq[i] - l_sq[j]) / 2, (dot(e, e) + l_sq[i] - l_sq[k]) / 2]
+
+    def sigma(self, order: int) -> Fraction:
+        """Return m . (p - c_1) of the equilibrium."""
+        pivot = int(self.model.orders[order, 0])
+        return dot(self.frame(self.u, order)[2], minus(self.p, self.centre(self.u, pivot)))
+
+
+def balance_moments(t: Vector, arms: list[Vector], spokes: list[Vector]) -> bool:
+    """Change three entries of the first two spokes so that sum t r x e vanishes; False where that fails."""
+    total = [Fraction(0)] * 3
+    for tension, r, e in zip(t, arms, spokes, strict=True):
+        total = [a + tension * b for a, b in zip(total, cross(r, e), strict=True)]
+    unit = [[Fraction(int(i == j)) for j in range(3)] for i in range(3)]
+    places = [(i, k) for i in range(2) for k in range(3)]
+    columns = {(i, k): [t[i] * x for x in cross(arms[i], unit[k])] for i, k in places}
+
+    def size(chosen: tuple[tuple[int, int], ...]) -> Fraction:
+        return abs(determinant([columns[c] for c in chosen]))
+
+    best = max(combinations(places, 3), key=size)
+    if size(best) == 0:
+        return False
+    rows = [[columns[c][row] for c in best] for row in range(3)]
+    for (i, k), change in zip(best, solve3(rows, [-x for x in total]), strict=True):
+        spokes[i][k] += change
+    return True
+
+
+def random_u(rng: random.Random) -> Vector:
+    """Return u in [-1, 1]^3, sometimes on a face or an axis of the chart."""
+    u = [fraction(rng, -1, 1) for _ in range(3)]
+    if rng.random() < 0.4:
+        u[rng.randrange(3)] = Fraction(rng.choice([-1, 0, 1]))
+    return u
+
+
+def plant(
+    rng: random.Random, n: int, *, slack: int = 0, width: Fraction = Fraction(0), zero_tension: bool = False
+) -> Planted:
+    """Return a random platform with n taut and some slack cables, and an equilibrium of it.
+
+    ``width`` widens every datum to a range in which the exact one lies somewhere.
+    """
+    while True:
+        chart, u = rng.randrange(4), random_u(rng)
+        p = [fraction(rng, -2, 2) for _ in range(3)]
+        points = [[fraction(rng, -1, 1) / 2 for _ in range(3)] for _ in range(n + slack)]
+        signs = HALF_TURN_SIGNS[chart]
+        rotation = [[x * s for x, s in zip(row, signs, strict=True)] for row in cayley(u)]
+        arms = [apply(rotation, b) for b in points]
+        spokes = [[fraction(rng, -1, 1), fraction(rng, -1, 1), fraction(rng, 1, 3)] for _ in range(n + slack)]
+        t = [fraction(rng, 5, 50) for _ in range(n)]
+        if zero_tension:
+            t[n - 1] = Fraction(0)
+        if balance_moments(t, arms[:n], spokes[:n]) and max(abs(x) for e in spokes for x in e) < 6:
+            break
+    anchors = [
+        [a + b + c for a, b, c in zip(p, r, e, strict=True)] for r, e in zip(arms, spokes, strict=True)
+    ]
+    load = [-sum((a * e[k] for a, e in zip(t, spokes, strict=False)), Fraction(0)) for k in range(3)]
+    lengths_sq = [dot(e, e) for e in spokes]
+    lengths = [root_range(x) for x in lengths_sq]
+    for i in range(n, n + slack):
+        # Every other slack cable is exactly tight.
+        longer = Fraction(0) if i % 2 else fraction(rng, 0, 1)
+        lengths[i] = Range(lengths[i].lo, lengths[i].hi + longer)
+
+    def data(v: Vector) -> RangeVector:
+        x, y, z = (widen(rng, Range.exact(c), width) for c in v)
+        return x, y, z
+
+    model = build_model(
+        [data(a) for a in anchors],
+        [data(b) for b in points],
+        [widen(rng, r, width) for r in lengths],
+        data(load),
+        n,
+    )
+    return Planted(model, chart, n, u, p, t, anchors, points, load, lengths_sq)

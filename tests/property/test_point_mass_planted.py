@@ -1,0 +1,259 @@
+"""Planted poses are never lost, both methods agree, and open cases are reported as what they are."""
+
+from __future__ import annotations
+
+import importlib.util
+import math
+import random
+from fractions import Fraction
+from pathlib import Path
+
+import mpmath
+import numpy as np
+import pytest
+
+from cdpr_interval.errors import InputError
+from cdpr_interval.robots.model import Cable, Elasticity, Platform, Robot
+from solvers.point_mass import solve
+from solvers.problem import Method, Options, Problem
+from solvers.result import Answer, CableState, Outcome, StopReason
+
+SCRIPT = Path(__file__).parents[2] / "scripts" / "planted_point_mass.py"
+spec = importlib.util.spec_from_file_location("planted_point_mass", SCRIPT)
+assert spec is not None and spec.loader is not None
+planted = importlib.util.module_from_spec(spec)
+import sys  # noqa: E402
+
+sys.modules[spec.name] = planted
+spec.loader.exec_module(planted)
+
+METHODS = [Method.CONVEX, Method.SEARCH]
+ORIGIN = (Fraction(0), Fraction(0), Fraction(0))
+SQUARE = ((0, 0, 0), (4, 0, 0), (0, 4, 0), (4, 4, 0))
+
+
+def robot(anchors, elasticity: Elasticity | None = None, mass: object = 80, gravity=(0, 0, "-9.81")) -> Robot:
+    cables = tuple(
+        Cable(f"c{i + 1}", tuple(Fraction(str(x)) for x in a), ORIGIN, elasticity)
+        for i, a in enumerate(anchors)
+    )
+    return Robot("test", Platform(Fraction(str(mass))), cables, tuple(Fraction(str(g)) for g in gravity))
+
+
+def ask(model: Robot, lengths, method: Method = Method.CONVEX, **options) -> Answer:
+    taut = options.pop("taut", None)
+    ranges = tuple((Fraction(x), Fraction(x)) if not isinstance(x, tuple) else x for x in lengths)
+    return solve(Problem(model, ranges, taut=taut), Options(method=method, **options))
+
+
+def distances(point, anchors) -> list[float]:
+    return [math.dist(point, a) for a in anchors]
+
+
+def test_planted_poses_are_found() -> None:
+    lines, failed = planted.run(120, 20240229)
+    assert failed == 0, "\n".join(lines)
+
+
+def test_the_planted_check_can_fail() -> None:
+    one = planted.plant(random.Random(5), elastic=False)
+    answer = solve(one.problem, Options())
+    assert planted.complaints(one, answer, 1e-8) == []
+    moved = planted.Planted(
+        one.problem, one.taut, tuple(x + Fraction(1, 10**9) for x in one.position), one.tensions
+    )
+    assert planted.complaints(moved, answer, 1e-8)
+    assert planted.complaints(one, Answer(()), 1e-8)
+
+
+@pytest.mark.parametrize("elastic", [False, True])
+def test_methods_agree_on_random_lengths(elastic: bool) -> None:
+    rng = random.Random(11 + elastic)
+    none = 0
+    for _ in range(60):
+        anchors = [[rng.uniform(-3, 3) for _ in range(3)] for _ in range(rng.randint(1, 5))]
+        stretch = Elasticity(stiffness=Fraction(10 ** rng.randint(2, 6))) if elastic else None
+        model = robot(anchors, stretch, gravity=[rng.uniform(-9, 9) for _ in range(3)])
+        lengths = [rng.uniform(0.5, 5) for _ in anchors]
+        a, b = (ask(model, lengths, method) for method in METHODS)
+        assert a.outcome is b.outcome is Outcome.COMPLETE
+        assert len(a.solutions) == len(b.solutions) <= 1
+        assert elastic <= len(a.solutions)
+        none += not a.solutions
+        for s, t in zip(a.solutions, b.solutions, strict=True):
+            assert s.taut == t.taut
+            assert (s.position[:, 0] <= t.position[:, 1]).all() and (
+                t.position[:, 0] <= s.position[:, 1]
+            ).all()
+            assert (s.position[:, 1] - s.position[:, 0]).max() < 1e-9
+    assert elastic or 0 < none < 60
+
+
+def test_the_energy_of_an_elastic_pose_is_lowest() -> None:
+    rng = random.Random(3)
+    mpmath.mp.dps = 40
+    for _ in range(10):
+        anchors = [[rng.uniform(-3, 3) for _ in range(3)] for _ in range(5)]
+        model = robot(anchors, Elasticity(axial_stiffness=Fraction(5000)))
+        lengths = [rng.uniform(1, 4) for _ in anchors]
+        (solution,) = ask(model, lengths).solutions
+
+        def force(
+            x: mpmath.mpf, y: mpmath.mpf, z: mpmath.mpf, points=tuple(model.cables), sizes=tuple(lengths)
+        ) -> list[mpmath.mpf]:
+            total = [mpmath.mpf(0), mpmath.mpf(0), -mpmath.mpf("784.8")]
+            for cable, size in zip(points, sizes, strict=True):
+                e = [
+                    mpmath.mpf(a.numerator) / a.denominator - c
+                    for a, c in zip(cable.frame_anchor, (x, y, z), strict=True)
+                ]
+                rho = mpmath.sqrt(sum(c * c for c in e))
+                if rho > size:
+                    total = [f + 5000 * (rho / size - 1) * c / rho for f, c in zip(total, e, strict=True)]
+            return total
+
+        root = mpmath.findroot(force, list(solution.nominal.position))
+        for (lo, hi), x in zip(solution.position, root, strict=True):
+            assert mpmath.mpf(float(lo)) <= x <= mpmath.mpf(float(hi))
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("elastic", [False, True])
+def test_length_ranges_enclose_the_pose_of_every_choice(elastic: bool, method: Method) -> None:
+    rng = random.Random(17)
+    point = (1.1, 1.4, -2.0)
+    stretch = Elasticity(stiffness=Fraction(20000)) if elastic else None
+    model = robot(SQUARE, stretch)
+    middle = [Fraction(round(d, 4)) for d in distances(point, SQUARE)]
+    tolerance = Fraction(1, 100)
+    ranges = [(x - tolerance, x + tolerance) for x in middle]
+    answer = ask(model, ranges, method)
+    (whole,) = answer.solutions
+    assert not answer.undecided
+    assert (whole.position[:, 1] - whole.position[:, 0]).max() < 0.15
+    for _ in range(40):
+        chosen = [lo + (hi - lo) * Fraction(rng.choice((0.0, 1.0, rng.random()))) for lo, hi in ranges]
+        (one,) = ask(model, chosen).solutions
+        for whole_box, box in (
+            (whole.position, one.position),
+            (whole.tensions, one.tensions),
+            (whole.distances, one.distances),
+        ):
+            assert (whole_box[:, 0] <= box[:, 1]).all() and (box[:, 0] <= whole_box[:, 1]).all()
+        for state, own in zip(whole.cable_states, one.cable_states, strict=True):
+            assert state is CableState.UNDECIDED or own is CableState.UNDECIDED or state is own
+
+
+def test_partly_empty_ranges_are_undecided_and_empty_ones_are_proved() -> None:
+    model = robot(SQUARE[:2])
+    partly = ask(model, [(Fraction("1.9"), Fraction("2.1"))] * 2)
+    assert partly.outcome is Outcome.INCOMPLETE and partly.solutions == () and len(partly.undecided) == 1
+    empty = ask(model, [(Fraction("1.8"), Fraction("1.9"))] * 2)
+    assert empty.outcome is Outcome.COMPLETE and empty.message.startswith("cables c1 and c2 cannot reach")
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_four_spheres_through_one_point_up_to_rounding(method: Method) -> None:
+    point = (1.0, 1.5, -2.0)
+    answer = ask(robot(SQUARE), distances(point, SQUARE), method)
+    (solution,) = answer.solutions
+    assert answer.outcome is Outcome.INCOMPLETE and answer.undecided == ()
+    assert CableState.UNDECIDED in solution.cable_states and solution.slack_respected is None
+    assert abs(solution.position.mean(axis=1) - point).max() < 1e-12
+    assert (solution.position[:, 1] - solution.position[:, 0]).max() < 1e-12
+    assert "tensions not unique" in solution.note
+    # Every subset's tensions lie in the hull.
+    for taut in ((0, 1, 2), (0, 2, 3)):
+        for own in ask(
+            robot([SQUARE[i] for i in taut]), [distances(point, SQUARE)[i] for i in taut]
+        ).solutions:
+            for i, (lo, hi) in zip(taut, own.tensions, strict=True):
+                assert solution.tensions[i, 0] <= hi and lo <= solution.tensions[i, 1]
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("ignore_slack", [False, True])
+def test_a_symmetric_pose_is_one_entry(method: Method, ignore_slack: bool) -> None:
+    answer = ask(robot(SQUARE), [3] * 4, method, ignore_slack=ignore_slack)
+    there = [s for s in answer.solutions if abs(s.position.mean(axis=1) - (2, 2, -1)).max() < 1e-9]
+    assert len(there) == 1 and there[0].note == "cables {c1, c2, c3, c4} tight, tensions not unique"
+    assert len(answer.solutions) == (9 if ignore_slack else 1)
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize(
+    ("anchors", "lengths", "pose"),
+    [
+        ([(0, 0, 0)] * 3, [2, 2, 3], (0, 0, -2)),
+        ([(0, 0, 0), (0, 0, 1), (0, 0, 2)], [2, 3, 4], (0, 0, -2)),
+        ([(0, 0, 0), (0, 0, 1), (0, 0, 2)], [2, 4, 4], (0, 0, -2)),
+        (
+            [(0, 0, 0), (1, 0, 0), (2, 0, 0)],
+            distances((0.75, 0, -2), [(0, 0, 0), (1, 0, 0), (2, 0, 0)]),
+            (0.75, 0, -2),
+        ),
+        (SQUARE[:2], [2, math.hypot(4, 2)], (0, 0, -2)),
+    ],
+)
+def test_degenerate_anchors_keep_their_pose(anchors, lengths, pose, method: Method) -> None:
+    answer = ask(robot(anchors), lengths, method)
+    (solution,) = answer.solutions
+    assert answer.undecided == () and answer.outcome is Outcome.INCOMPLETE
+    assert CableState.UNDECIDED in solution.cable_states
+    assert abs(solution.position.mean(axis=1) - pose).max() < 1e-12
+    assert (solution.position[:, 1] - solution.position[:, 0]).max() < 1e-12
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_an_elastic_cable_just_taut(method: Method) -> None:
+    soft = Elasticity(stiffness=Fraction(100))
+    answer = ask(robot(SQUARE[:2], soft), [2, math.dist((0, 0, -9.848), SQUARE[1])], method)
+    (solution,) = answer.solutions
+    assert solution.cable_states == (CableState.TAUT, CableState.UNDECIDED)
+    assert solution.tensions[1, 0] == 0.0 and solution.tensions[1, 1] < 1e-9
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_touching_balls_are_undecided(method: Method) -> None:
+    answer = ask(robot(SQUARE[:2]), [2, 2], method)
+    assert answer.solutions == () and answer.outcome is Outcome.INCOMPLETE
+    (region,) = answer.undecided
+    assert (region.position[:, 0] <= [2, 0, 0]).all() and (region.position[:, 1] >= [2, 0, 0]).all()
+
+
+def test_threads_do_not_change_the_solutions() -> None:
+    model = robot(SQUARE, Elasticity(stiffness=Fraction(5000)))
+    lengths = [3, Fraction(16, 5), Fraction(31, 10), Fraction(7, 2)]
+    one, two = (ask(model, lengths, Method.SEARCH, ignore_slack=True, threads=n) for n in (1, 2))
+    assert [s.taut for s in one.solutions] == [s.taut for s in two.solutions]
+    for s, t in zip(one.solutions, two.solutions, strict=True):
+        assert np.array_equal(s.position, t.position) and np.array_equal(s.tensions, t.tensions)
+
+
+def test_budgets_leave_pending_work() -> None:
+    model = robot(SQUARE)
+    lengths = [3, Fraction(16, 5), Fraction(31, 10), Fraction(7, 2)]
+    answer = ask(model, lengths, Method.SEARCH, cell_limit=50)
+    assert answer.outcome is Outcome.INCOMPLETE and answer.pending > 0
+    assert answer.stop_reason is StopReason.CELL_LIMIT and answer.cells <= 50
+    answer = ask(model, lengths, ignore_slack=True, time_limit=1e-9)
+    assert answer.pending == 14 and answer.stop_reason is StopReason.TIME_LIMIT
+
+
+def test_a_load_of_zero_is_refused() -> None:
+    problem = Problem(
+        robot(SQUARE, mass=1), ((Fraction(3),) * 2,) * 4, (Fraction(0), Fraction(0), Fraction("9.81"))
+    )
+    with pytest.raises(InputError, match="load"):
+        solve(problem, Options())
+
+
+def test_the_centre_of_mass_need_not_be_the_origin() -> None:
+    centre = (Fraction("0.1"), Fraction("-0.2"), Fraction("0.3"))
+    cables = tuple(Cable(c.name, c.frame_anchor, centre) for c in robot(SQUARE).cables)
+    moved = Robot("moved", Platform(Fraction(80), centre), cables)
+    lengths = [3, Fraction(16, 5), Fraction(31, 10), Fraction(7, 2)]
+    (plain,), (shifted,) = (ask(model, lengths).solutions for model in (robot(SQUARE), moved))
+    shift = [float(x) for x in centre]
+    assert np.allclose(shifted.position.mean(axis=1) + shift, plain.position.mean(axis=1), atol=1e-12)
+    assert np.allclose(shifted.height, plain.height, atol=1e-12)
