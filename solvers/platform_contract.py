@@ -153,7 +153,9 @@ def contract(F: Any, W: Any, cell: Any, equations: int) -> int:
         scale = 0.0
         for k in range(symbols):
             scale = max(scale, abs(F[EQUATION + e, k + 1]))
-        W[NORMAL + 6, e] = 1.0 / (scale * scale) if 1e-100 < scale < 1e100 else 0.0
+        # An equation whose error drowns its slopes (0 = 0 on a symmetry) would only add noise.
+        useful = 1e-100 < scale < 1e100 and F[EQUATION + e, last] < scale
+        W[NORMAL + 6, e] = 1.0 / (scale * scale) if useful else 0.0
         for k in range(symbols):
             for m in range(symbols):
                 W[k, m] += F[EQUATION + e, k + 1] * F[EQUATION + e, m + 1] * W[NORMAL + 6, e]

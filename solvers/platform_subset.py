@@ -28,6 +28,8 @@ LEAF_RATIO = 0.125
 """Each round's leaf size over that of the round before: three bisections of every variable."""
 LAST_LEAF = 1e-8
 """Leaf size at which the search gives up: near a double root the tests see its square, close to rounding."""
+SPREAD_SHARE = 0.5
+"""Last leaf size over (width of the length ranges / platform size)."""
 GROWING_LEAVES = 60_000
 """More leaves than this, and more than in the round before, mean a continuum that no search resolves."""
 CLAIM = 3.0
@@ -75,7 +77,7 @@ class SubsetSearch:
             growing = GROWING_LEAVES < before < len(small)
             cells, before = small, len(small)
             leaf_size *= LEAF_RATIO
-            if growing or leaf_size < LAST_LEAF:
+            if growing or leaf_size < last_leaf(self.model):
                 self.give_up(cells, in_position, growing)
                 break
         return np.concatenate(handed_on)
@@ -157,6 +159,15 @@ class SubsetSearch:
             root.chart == chart and np.all(root.unique[:, 0] <= z) and np.all(z <= root.unique[:, 1])
             for root in self.roots
         )
+
+
+def last_leaf(model: Model) -> float:
+    """Return the leaf size at which to give up: cells smaller than the spread of poses over the lengths
+    cannot be excluded, and the roots that can be proved are proved by then.
+    """
+    n = model.n_taut
+    spread = float((model.lengths[:n, 1] - model.lengths[:n, 0]).max()) / model.size
+    return max(LAST_LEAF, SPREAD_SHARE * spread)
 
 
 def same_root(a: Root, b: Root) -> bool:

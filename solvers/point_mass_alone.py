@@ -15,12 +15,16 @@ from fractions import Fraction
 import numpy as np
 
 from cdpr_interval.engine.budget import Budget
-from solvers.point_mass_convex import NoPose, Unproved, find_pose, part_of
+from solvers.point_mass_convex import NoPose, Unproved, find_pose, part_of, scaled_cables
 from solvers.point_mass_degenerate import dependent
-from solvers.point_mass_entry import IDENTITY, Fields, hull, solution
+from solvers.point_mass_entry import IDENTITY, Fields, fields_of, hull, solution
 from solvers.point_mass_exact import ExactPose, exact_pose, is_pose_of
 from solvers.point_mass_fields import OPEN, SLACK, TAUT
-from solvers.point_mass_model import RobotArrays
+from solvers.point_mass_kernels import anywhere, middles, tension_bounds
+from solvers.point_mass_lowest import lowest_of_subset
+from solvers.point_mass_model import RobotArrays, select
+from solvers.point_mass_newton import krawczyk
+from solvers.point_mass_statics import all_cables
 from solvers.point_mass_subsets import MOST_ROWS, subset_count, subsets
 from solvers.problem import Options, Problem, Progress
 from solvers.result import Answer, Bounds, Outcome, Proof, Solution, StopReason, SubsetReport, Undecided
@@ -90,29 +94,57 @@ def subset_claim(
     if not problem.robot.is_elastic and dependent(anchors, taut, problem.load):
         # Such poses are those of smaller subsets.
         return None
+    exact = exact_pose_of(problem, taut)
+    if _is_exact(problem) and (exact is None or not exact.carried()):
+        # Spheres that do not cross, or only touch, carry no load at one point with independent directions.
+        return None
     finding = find_pose(part_of(arrays, taut), np.ascontiguousarray(lengths[list(taut)]))
     if isinstance(finding, NoPose):
         return None
-    exact = exact_pose_of(problem, taut)
     if isinstance(finding, Unproved):
         return Undecided(taut, 1, finding.reason, finding.position, IDENTITY)
+    if (finding.states != TAUT).any() and exact is not None:
+        # The float guess left out a cable with a tiny tension: prove the whole subset directly.
+        finding = whole_subset(arrays, lengths, taut) or finding
     if (finding.states == SLACK).any():
         return None
     if (finding.states != TAUT).any():
-        if exact is not None and not exact.carried():
-            return None
         names = problem.robot.cable_names
         zero = ", ".join(names[taut[i]] for i in np.flatnonzero(finding.states == OPEN))
         return Undecided(taut, 1, f"the tension of {zero} may be zero", finding.position, IDENTITY)
     return complete_claim(problem, arrays, lengths, taut, finding, exact)
 
 
+def whole_subset(arrays: RobotArrays, lengths: Bounds, taut: tuple[int, ...]) -> Fields | None:
+    """Prove the pose at which all of one to three inextensible cables carry the load; None where it fails."""
+    cables = select(scaled_cables(arrays, lengths), taut)
+    m = len(taut)
+    A, L, _, f = middles(cables, arrays.load)
+    p, t = np.empty(3), np.empty(4)
+    if not lowest_of_subset(A, L, f, all_cables(m), m, p, t):
+        return None
+    zero, domain = np.empty((3 + m, 2)), np.empty((3 + m, 2))
+    x = np.concatenate([p, t[:m]])
+    if not krawczyk(cables, arrays.load, all_cables(m), m, x, anywhere(3 + m), zero, domain):
+        return None
+    if not (zero[3:, 0] > 0.0).all():
+        return None
+    tension = np.zeros((m, 2))
+    tension_bounds(cables, all_cables(m), m, zero, tension)
+    states = np.full(m, TAUT, dtype=np.int64)
+    return fields_of(cables, arrays.frame, np.ascontiguousarray(zero[:3]), tension, states)
+
+
 def exact_pose_of(problem: Problem, taut: tuple[int, ...]) -> ExactPose | None:
     """Return the subset's pose in exact arithmetic, for exact lengths of inextensible cables."""
-    if problem.robot.is_elastic or any(lo != hi for lo, hi in problem.lengths):
+    if not _is_exact(problem):
         return None
     anchors = [problem.robot.cables[i].frame_anchor for i in taut]
     return exact_pose(anchors, [problem.lengths[i][0] for i in taut], problem.load)
+
+
+def _is_exact(problem: Problem) -> bool:
+    return not problem.robot.is_elastic and all(lo == hi for lo, hi in problem.lengths)
 
 
 def complete_claim(

@@ -14,6 +14,7 @@ import pytest
 
 from cdpr_interval.kernels import affine
 from cdpr_interval.kernels.enclosure import enclose
+from solvers import platform_contract
 from solvers import platform_forms as forms
 from solvers import platform_position as position
 from solvers import platform_sigma as sigma
@@ -22,8 +23,8 @@ from tests.planted_platform import Planted, Vector, apply, cross, dot, minus, pl
 TAUT = (3, 4, 5, 6)
 WIDTHS = (Fraction(0), Fraction(1, 10**7), Fraction(1, 300))
 """Half widths of the data's ranges."""
-CELLS = (2.0, 0.5, 0.05, 1e-3, 1e-7)
-"""Widths of the cells in u."""
+CELLS = (0.8, 0.3, 0.05, 1e-3, 1e-7)
+"""Widths of the cells in u; affine forms of wider ones off the chart's middle may not bound 1 + |u|^2."""
 
 every_count = pytest.mark.parametrize("n", TAUT)
 
@@ -133,7 +134,8 @@ def test_rotation_forms_enclose_every_rotation_of_the_cell() -> None:
         cell = np.zeros(sigma.WIDTH)
         width = CELLS[k % len(CELLS)]
         # Beyond the chart as well: uniqueness boxes reach out of it.
-        cell[:6] = u_box(rng, [Fraction(rng.uniform(-2.0, 2.0)) for _ in range(3)], width)
+        middle = [Fraction(rng.uniform(-2.0, 2.0)) for _ in range(3)]
+        cell[:6] = [-1.0, 1.0] * 3 if k < 5 else u_box(rng, middle, width)
         checker = Checker(4)
         assert forms.rotation_forms(checker.F, cell)
         for _ in range(3):
@@ -155,7 +157,7 @@ def test_triple_forms_and_squared_distances(n: int) -> None:
             order = k % len(robot.model.orders)
             cell = sigma_cell(rng, robot, width, order)
             checker = sigma_checker(robot, cell)
-            i, j, h = (int(c) for c in robot.model.orders[order, :3])
+            _, j, h = (int(c) for c in robot.model.orders[order, :3])
             for _ in range(2):
                 u = point_of(rng, cell, 3)
                 checker.at([forms.U, forms.U + 1, forms.U + 2], u)
@@ -243,7 +245,7 @@ def test_length_gap_encloses_the_excess_of_the_other_cables(n: int) -> None:
                 continue
             pivot = int(robot.model.orders[0, 0])
             for i in range(robot.n + 2):
-                lo, hi = sigma.length_gap(checker.F, robot.model, robot.chart, i, pivot)
+                lo, hi = sigma.length_gap(checker.F, forms.EQUATION, robot.model, robot.chart, i, pivot)
                 assert lo <= 0 <= hi or (i >= robot.n and lo <= 0)
                 for _ in range(2):
                     u, s = point_of(rng, cell, 3), inside(rng, cell[6], cell[7])
@@ -360,6 +362,29 @@ def test_statics_agrees_with_a_cell_that_only_misses_by_signs(n: int) -> None:
         assert forms.statics_excluded(checker.F, checker.W, turned)
 
 
+@every_count
+def test_the_equations_of_a_cell_vanish_at_the_equilibrium(n: int) -> None:
+    rng = random.Random(13)
+    for robot in planted(n):
+        lo, hi = np.empty(n), np.empty(n)
+        for width in (0.05, 1e-3, 1e-7):
+            checker = Checker(6)
+            F, W = checker.F, checker.W
+            cell = position_cell(rng, robot, width)
+            size = np.empty(6 + n)
+            position.enclose_position_cell(F, W, robot.model, cell, size, size.copy())
+            symbols = [forms.U, forms.U + 1, forms.U + 2, *range(forms.POSITION, forms.POSITION + 3)]
+            checker.at(symbols, [*robot.u, *robot.p])
+            for i in range(n):
+                below, above = position.sphere_gap(F, robot.model, i, forms.CABLE + forms.BLOCK * i + 3)
+                assert below <= 0 <= above
+                checker.encloses(forms.SCRATCH, Fraction(0))
+            if n < 6 and forms.tension_bounds(F, W, robot.model, lo, hi):
+                count = platform_contract.statics_equations(F, W, robot.model, forms.EQUATION, lo, hi)
+                assert count == 6 - n
+                checker.enclose_all(forms.EQUATION, [Fraction(0)] * count)
+
+
 def holds(cell: Any, values: Sequence[Fraction]) -> bool:
     return all(cell[2 * k] <= x <= cell[2 * k + 1] for k, x in enumerate(values))
 
@@ -406,7 +431,7 @@ def whole_chart(robot: Planted, order: int = 0) -> Any:
 def test_the_sigma_search_keeps_the_equilibrium(n: int) -> None:
     for robot in planted(n):
         for order in range(len(robot.model.orders)):
-            context = sigma_context(robot, NO_ROOTS, 1e-6)
+            context = sigma_context(robot, NO_ROOTS, 1e-9)
             values = [*robot.u, robot.sigma(order)]
             kind = descend(sigma.process, context, whole_chart(robot, order), values)
             assert kind in (sigma.SMALL, sigma.FLAT)
@@ -416,7 +441,7 @@ def test_the_sigma_search_keeps_the_equilibrium(n: int) -> None:
 def test_the_position_search_keeps_the_equilibrium(n: int) -> None:
     for robot in planted(n):
         cell = np.array([-1.0, 1.0] * 3 + [-20.0, 20.0] * 3 + [robot.chart, 1.0])
-        context = position_context(robot, NO_ROOTS, 1e-5)
+        context = position_context(robot, NO_ROOTS, 1e-9)
         assert descend(position.process_position, context, cell, [*robot.u, *robot.p]) == sigma.SMALL
 
 

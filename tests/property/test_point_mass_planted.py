@@ -5,7 +5,9 @@ from __future__ import annotations
 import importlib.util
 import math
 import random
+import sys
 from fractions import Fraction
+from itertools import combinations
 from pathlib import Path
 
 import mpmath
@@ -15,6 +17,7 @@ import pytest
 from cdpr_interval.errors import InputError
 from cdpr_interval.robots.model import Cable, Elasticity, Platform, Robot
 from solvers.point_mass import solve
+from solvers.point_mass_exact import ExactPose, exact_pose
 from solvers.problem import Method, Options, Problem
 from solvers.result import Answer, CableState, Outcome, StopReason
 
@@ -22,8 +25,6 @@ SCRIPT = Path(__file__).parents[2] / "scripts" / "planted_point_mass.py"
 spec = importlib.util.spec_from_file_location("planted_point_mass", SCRIPT)
 assert spec is not None and spec.loader is not None
 planted = importlib.util.module_from_spec(spec)
-import sys  # noqa: E402
-
 sys.modules[spec.name] = planted
 spec.loader.exec_module(planted)
 
@@ -257,3 +258,57 @@ def test_the_centre_of_mass_need_not_be_the_origin() -> None:
     shift = [float(x) for x in centre]
     assert np.allclose(shifted.position.mean(axis=1) + shift, plain.position.mean(axis=1), atol=1e-12)
     assert np.allclose(shifted.height, plain.height, atol=1e-12)
+
+
+@pytest.mark.parametrize("ignore_slack", [False, True])
+def test_robots_on_a_lattice_against_exact_arithmetic(ignore_slack: bool) -> None:
+    """Small integers make coincident, collinear, touching and redundant cables common."""
+    kinds = set()
+    for seed in range(100):
+        rng = random.Random(900 + seed)
+        anchors = [tuple(rng.randint(0, 2) for _ in range(3)) for _ in range(rng.randint(1, 5))]
+        point = tuple(rng.randint(-2, 4) for _ in range(3))
+        lengths = [
+            Fraction(rng.choice((1, 2, 3, 0.5)) if seed % 2 else max(0.25, math.dist(point, a)))
+            for a in anchors
+        ]
+        gravity = rng.choice(((0, 0, -1), (1, 0, 0), (1, 1, 0), (0, 1, -2)))
+        model = robot(anchors, gravity=gravity)
+        load = Problem(model, ()).load
+        exact = {}
+        for size in (1, 2, 3):
+            for taut in combinations(range(len(anchors)), size):
+                points = [model.cables[i].frame_anchor for i in taut]
+                pose = exact_pose(points, [lengths[i] for i in taut], load)
+                if pose is not None and pose.carried():
+                    exact[taut] = pose
+        valid = [
+            pose
+            for pose in exact.values()
+            if all(pose.excess(c.frame_anchor, s) <= 0 for c, s in zip(model.cables, lengths, strict=True))
+        ]
+        found = [ask(model, lengths, method, ignore_slack=ignore_slack) for method in METHODS]
+        kinds.add((found[0].outcome, len(valid) > 0))
+        assert found[0].outcome is found[1].outcome
+        assert [s.taut for s in found[0].solutions] == [s.taut for s in found[1].solutions]
+        for answer in found:
+            wanted = list(exact.values()) if ignore_slack else valid
+            boxes = [s.position for s in answer.solutions] + [u.position for u in answer.undecided]
+            for pose in wanted:
+                assert any(contains(box, pose) for box in boxes), (anchors, lengths, gravity)
+            for solution in answer.solutions:
+                assert any(contains(solution.position, pose) for pose in wanted)
+    assert (
+        ignore_slack
+        or {(Outcome.COMPLETE, True), (Outcome.COMPLETE, False), (Outcome.INCOMPLETE, True)} <= kinds
+    )
+
+
+def contains(box: np.ndarray, pose: ExactPose) -> bool:
+    """Return True when an exact pose lies in a box (3, 2)."""
+    for j in range(3):
+        axis = tuple(Fraction(int(j == k)) for k in range(3))
+        low, high = (tuple(Fraction(float(x)) * a for a in axis) for x in box[j])
+        if pose.component(axis, low) < 0 or pose.component(axis, high) > 0:
+            return False
+    return True

@@ -1,0 +1,1 @@
+"""Random robots with static poses known beforehand, and the verdict whether a solver lost one."""
