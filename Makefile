@@ -24,13 +24,13 @@ $(INSTALLED): pyproject.toml
 install: $(INSTALLED) ## create .venv and install the package with its development tools
 
 demo: $(INSTALLED) ## solve the examples of the papers
-	PATH="$(CURDIR)/$(BIN):$$PATH" scripts/demo.sh
+	@PATH="$(CURDIR)/$(BIN):$$PATH" scripts/demo.sh
 
 test: $(INSTALLED) ## run the test suite
 	$(BIN)/python -m pytest
 
-planted: $(INSTALLED) ## random robots with known poses: none may be lost
-	$(BIN)/python scripts/planted.py --robots 500
+planted: $(INSTALLED) ## 500 random point masses with a known pose: none may be lost
+	$(BIN)/python scripts/planted_point_mass.py 500
 
 lint: $(INSTALLED) ## ruff: rules and format
 	$(BIN)/ruff check --no-cache .

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # The robots of the papers through the command line, as a user would type it.
-# The first run compiles the kernels, which takes a minute or two; later runs load them.
+# The first run compiles the kernels, two minutes of processor time; later runs load them.
 set -euo pipefail
 
 say() {

@@ -19,7 +19,7 @@ from solvers.result import Undecided
 Floats = NDArray[np.float64]
 
 FINEST = 2_000
-"""More cells than this are reported as one cluster: pairing them would take longer than it tells."""
+"""Most boxes whose touching is looked at pair by pair."""
 
 
 def clusters(
@@ -34,27 +34,41 @@ def clusters(
 
 
 def connected(cells: Floats, chart: int) -> list[Floats]:
-    """Split cells into groups of one chart whose boxes touch."""
+    """Split cells into groups of one chart whose boxes touch (for very many: whose coarse boxes touch)."""
     if len(cells) == 0:
         return []
-    if len(cells) > FINEST:
-        return [cells[cells[:, chart] == c] for c in np.unique(cells[:, chart])]
-    lo, hi = cells[:, 0:chart:2][:, : chart // 2], cells[:, 1:chart:2][:, : chart // 2]
-    label = np.full(len(cells), -1)
-    groups = []
-    for k in range(len(cells)):
-        if label[k] >= 0:
-            continue
-        label[k] = k
-        todo = [k]
+    bucket = coarse_buckets(cells, chart)
+    count = int(bucket.max()) + 1
+    lo = np.full((count, chart // 2 + 1), np.inf)
+    hi = np.full((count, chart // 2 + 1), -np.inf)
+    # The chart joins as one more coordinate: boxes of different charts never touch.
+    sides = np.column_stack([cells[:, 0:chart:2], cells[:, chart]])
+    np.minimum.at(lo, bucket, sides)
+    np.maximum.at(hi, bucket, np.column_stack([cells[:, 1:chart:2], cells[:, chart]]))
+    label = np.full(count, -1)
+    for k in range(count):
+        todo = [] if label[k] >= 0 else [k]
         while todo:
             i = todo.pop()
-            touch = np.all((lo <= hi[i]) & (lo[i] <= hi), axis=1) & (cells[:, chart] == cells[i, chart])
-            fresh = np.flatnonzero(touch & (label < 0))
+            label[i] = k
+            fresh = np.flatnonzero(np.all((lo <= hi[i]) & (lo[i] <= hi), axis=1) & (label < 0))
             label[fresh] = k
             todo.extend(fresh.tolist())
-        groups.append(cells[label == k])
-    return groups
+    return [cells[label[bucket] == k] for k in np.unique(label)]
+
+
+def coarse_buckets(cells: Floats, chart: int) -> NDArray[np.int64]:
+    """Give the cells numbers; more than ``FINEST`` share them on a grid coarse enough for so many boxes."""
+    if len(cells) <= FINEST:
+        return np.arange(len(cells))
+    middles = 0.5 * (cells[:, 0:chart:2] + cells[:, 1:chart:2])
+    step = np.maximum((cells[:, 1:chart:2] - cells[:, 0:chart:2]).max(axis=0), 1e-300)
+    while True:
+        keys = np.column_stack([np.floor(middles / step), cells[:, chart]])
+        _, bucket = np.unique(keys, axis=0, return_inverse=True)
+        if bucket.max() < FINEST:
+            return np.asarray(bucket.reshape(-1), dtype=np.int64)
+        step = 2.0 * step
 
 
 def entry(

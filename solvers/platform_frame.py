@@ -68,8 +68,12 @@ def cayley(u: list[arb]) -> arb_mat:
     """Return R(u)."""
     x, y, z = u
     k = arb_mat([[0, -z, y], [z, 0, -x], [-y, x, 0]])
-    g = 2 / (1 + x * x + y * y + z * z)
-    return balls.identity() + (k + k * k) * g
+    return balls.identity() + (k + k * k) * (2 / one_plus_norm_sq(u))
+
+
+def one_plus_norm_sq(u: list[arb]) -> arb:
+    """Return 1 + |u|^2, at least 1 for wide balls too."""
+    return 1 + sum(((x * x).nonnegative_part() for x in u), arb(0))
 
 
 def half_turn(chart: int) -> arb_mat:
@@ -99,7 +103,7 @@ def centred_cayley(u: list[arb]) -> arb_mat:
     mids = [x.mid() for x in u]
     x, y, z = u
     k = arb_mat([[0, -z, y], [z, 0, -x], [-y, x, 0]])
-    g = 2 / (1 + x * x + y * y + z * z)
+    g = 2 / one_plus_norm_sq(u)
     rest = (k + k * k) * g
     generators = [
         arb_mat([[0, 0, 0], [0, 0, -1], [0, 1, 0]]),

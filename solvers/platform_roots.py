@@ -17,6 +17,8 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 NEWTON_STEPS = 40
+FAR_OUT = 3.0
+"""Newton may leave a chart's cube [-1, 1]^3; beyond this another chart finds the root better."""
 INFLATIONS = 15
 """Rounds of epsilon-inflation before a candidate counts as not provable."""
 REFINEMENTS = 3
@@ -91,6 +93,11 @@ class Root:
     unique: Floats
     core: Floats
 
+    def holds(self, chart: int, lo: Floats, hi: Floats) -> bool:
+        """Return True when the box [lo, hi] lies in the uniqueness box."""
+        inside = self.chart == chart and np.all(self.unique[:, 0] <= lo) and np.all(hi <= self.unique[:, 1])
+        return bool(inside)
+
     def row(self) -> Floats:
         """Return the uniqueness box as the kernels read it."""
         return np.concatenate([[self.chart], self.unique[:, 0], self.unique[:, 1]])
@@ -153,7 +160,7 @@ class Prover:
         rows, free = self.reduction.rows(z, chart), self.reduction.free(self.model.n_taut, chart)
         if not newton.newton(self.model, chart, rows, free, z, NEWTON_STEPS):
             return None
-        return z if np.all(np.abs(z[:3]) < 3.0) else None
+        return z if np.all(np.abs(z[:3]) < FAR_OUT) else None
 
     def prove(self, chart: int, z: Floats) -> Root | None:
         """Prove that exactly one root lies near the float zero z; None when that fails."""
@@ -252,6 +259,22 @@ class Prover:
         if position.enclose_position_cell(self.wide_forms, self.work, model, wide, lo, hi):
             return np.column_stack([lo, hi])
         return None
+
+    def unsettled(self, cells: Floats, roots: list[Root], in_position: bool) -> Floats:
+        """Return the cells whose equilibria are not all in one root's uniqueness box.
+
+        The search looks before it contracts a cell; here the contracted leaves get a last look.
+        """
+        lo, hi = np.empty(6 + self.model.n_taut), np.empty(6 + self.model.n_taut)
+        column = position.P_CHART if in_position else sigma.CHART
+        keep = np.ones(len(cells), dtype=bool)
+        for k, cell in enumerate(cells):
+            if in_position:
+                known = position.enclose_position_cell(self.wide_forms, self.work, self.model, cell, lo, hi)
+            else:
+                known = sigma.enclose_cell(self.forms, self.work, self.model, cell, lo, hi)
+            keep[k] = not (known and any(r.holds(int(cell[column]), lo, hi) for r in roots))
+        return cells[keep]
 
     def sigma_cell(self, chart: int, box: Floats, reach: float) -> Floats | None:
         """Return the (u, sigma) cell of half width ``reach`` around a root's pose."""

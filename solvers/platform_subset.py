@@ -78,7 +78,7 @@ class SubsetSearch:
             cells, before = small, len(small)
             leaf_size *= LEAF_RATIO
             if growing or leaf_size < last_leaf(self.model):
-                self.give_up(cells, in_position, growing)
+                self.give_up(prover.unsettled(cells, self.roots, in_position), in_position, growing)
                 break
         return np.concatenate(handed_on)
 
@@ -110,11 +110,14 @@ class SubsetSearch:
 
     def give_up(self, cells: Floats, in_position: bool, too_many: bool) -> None:
         """Keep what is left as undecided."""
-        self.reason = (
-            "too many cells remain: the solutions seem to form a continuum"
-            if too_many
-            else "the smallest cells could neither be excluded nor proved"
-        )
+        if len(cells) == 0:
+            return
+        if last_leaf(self.model) > LAST_LEAF:
+            self.reason = "some lengths in the given ranges may have a pose here: neither proved nor excluded"
+        elif too_many:
+            self.reason = "too many cells remain: the solutions seem to form a continuum"
+        else:
+            self.reason = "the smallest cells could neither be excluded nor proved"
         if in_position:
             self.undecided_position = cells
         else:
@@ -162,8 +165,10 @@ class SubsetSearch:
 
 
 def last_leaf(model: Model) -> float:
-    """Return the leaf size at which to give up: cells smaller than the spread of poses over the lengths
-    cannot be excluded, and the roots that can be proved are proved by then.
+    """Return the leaf size at which to give up.
+
+    Cells smaller than the spread of poses over the lengths cannot be excluded, and the roots that
+    can be proved are proved by then.
     """
     n = model.n_taut
     spread = float((model.lengths[:n, 1] - model.lengths[:n, 0]).max()) / model.size

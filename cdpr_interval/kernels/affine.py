@@ -99,9 +99,7 @@ def add(F: Forms, out: int, a: int, b: int) -> None:
 
 
 @njit("void(f8[:, ::1], i8, i8, f8, f8, f8, f8, f8)", cache=True, nogil=True)
-def combine3(
-    F: Forms, out: int, a: int, c0: float, c1: float, c2: float, value: float, error: float
-) -> None:
+def combine3(F: Forms, out: int, a: int, c0: float, c1: float, c2: float, value: float, error: float) -> None:
     """Set ``out`` to value + c0 F[a] + c1 F[a + 1] + c2 F[a + 2], up to ``error``."""
     last = F.shape[1] - 1
     x0 = c0 * F[a, 0]

@@ -15,7 +15,7 @@ from __future__ import annotations
 import math
 import random
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from fractions import Fraction
 
 from cdpr_interval.robots.model import Cable, Platform, Robot
@@ -100,15 +100,13 @@ class Sketch:
         """Return exit points that balance the load; None where there are none."""
         f, t = self.load.total, self.densities
         pulled = combine(*zip(t, self.arms, strict=True), (-1, f))
-        rows = [
-            [sum((k * s[c][x] for k, s in zip(t, self.shapes, strict=True)), Fraction(0)) for c in self.columns]
-            for x in range(3)
-        ]
+        pulls = [combine(*((k, s[c]) for k, s in zip(t, self.shapes, strict=True))) for c in self.columns]
+        rows = [[pull[x] for pull in pulls] for x in range(3)]
         moments = [
-            [combine((k, cross(r, s[c]))) for k, r, s in zip(t, self.arms, self.shapes, strict=True)]
+            combine(*((k, cross(r, s[c])) for k, r, s in zip(t, self.arms, self.shapes, strict=True)))
             for c in self.columns
         ]
-        rows += [[sum((m[x] for m in column), Fraction(0)) for column in moments] for x in range(3)]
+        rows += [[moment[x] for moment in moments] for x in range(3)]
         right = [*pulled, *ZERO]
         if self.flat is not None:
             rows += [[dot(self.flat, s[c]) for c in self.columns] for s in self.shapes]
@@ -219,9 +217,11 @@ def shared_points(n: int) -> Sketcher:
     """Several cables at one platform point, exit points apart."""
 
     def build(rng: random.Random) -> Sketch:
-        points = [decimals(rng, -1, 1) for _ in range(n - 1 - (n > 4))]
+        load = random_load(rng)
+        # Two points must share a plane with the weight, three need not.
+        points = in_plane(rng, 2, load) if n == 3 else [decimals(rng, -1, 1) for _ in range(n - 1 - (n > 4))]
         arms = [points[i % len(points)] for i in range(n)]
-        return shape_free(rng, sketch(rng, n, arms, random_load(rng)))
+        return shape_free(rng, sketch(rng, n, arms, load))
 
     return build
 
@@ -323,7 +323,8 @@ def hook(n: int, rod: bool = False) -> Sketcher:
         s = sketch(rng, n, arms, load, 2.0)
         total = sum(s.densities, Fraction(0))
         height = 1 / total if rod else decimal(rng, 0.5, 1.5) / total
-        rest = combine((1 - height * total, load.total), *((-k, r) for k, r in zip(s.densities, arms, strict=True)))
+        pulled = combine(*zip(s.densities, arms, strict=True))
+        rest = combine((1 - height * total, load.total), (-1, pulled))
         s.arms[-1] = combine((1, arms[-1]), (1 / s.densities[-1], rest))
         return shape_hook(s, height)
 
@@ -434,8 +435,8 @@ def plant(name: str, seed: int) -> Planted:
 
 def is_reasonable(s: Sketch, exits: Sequence[Vector]) -> bool:
     """Return True when lengths and arms have usual sizes."""
-    lengths = [math.sqrt(float(sum((x - y) ** 2 for x, y in zip(a, r, strict=True)))) for a, r in zip(exits, s.arms, strict=True)]
-    arms = [math.sqrt(float(dot(r, r))) for r in s.arms]
+    spokes = [combine((1, a), (-1, r)) for a, r in zip(exits, s.arms, strict=True)]
+    lengths, arms = ([math.sqrt(float(dot(v, v))) for v in vectors] for vectors in (spokes, s.arms))
     return s.reach / 8 < min(lengths) and max(lengths) < 3 * s.reach and max(arms) < 3
 
 
@@ -463,22 +464,10 @@ def assemble(rng: random.Random, kind: Kind, s: Sketch, exits: Sequence[Vector])
         tight = tight and own is not None
         half = length * Fraction(kind.tolerance)
         lengths.append((length - half, length + half))
-        cables.append(
-            Cable(f"c{i + 1}", combine((1, centre), (1, exit_point)), combine((1, com), (1, apply(back, arm))))
-        )
-    robot = Robot(
-        f"planted-{kind.name}", Platform(s.load.mass, com), tuple(cables), gravity=s.load.gravity
-    )
+        point = combine((1, com), (1, apply(back, arm)))
+        cables.append(Cable(f"c{i + 1}", combine((1, centre), (1, exit_point)), point))
+    robot = Robot(f"planted-{kind.name}", Platform(s.load.mass, com), tuple(cables), gravity=s.load.gravity)
     position = combine((1, centre), (-1, apply(rotation, com)))
     return Planted(
         kind.name, robot, tuple(lengths), s.load.force, tuple(taut), rotation, position, tuple(tensions)
     )
-
-
-def with_longer_slack(planted: Planted, factor: Fraction) -> Planted:
-    """Return the same pose with every slack cable longer."""
-    lengths = tuple(
-        pair if i in planted.taut else (pair[0] * factor, pair[1] * factor)
-        for i, pair in enumerate(planted.lengths)
-    )
-    return replace(planted, lengths=lengths)
