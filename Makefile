@@ -29,8 +29,9 @@ demo: $(INSTALLED) ## solve the examples of the papers
 test: $(INSTALLED) ## run the test suite
 	$(BIN)/python -m pytest
 
-planted: $(INSTALLED) ## 500 random point masses with a known pose: none may be lost
+planted: $(INSTALLED) ## random robots with known poses: none may be lost
 	$(BIN)/python scripts/planted_point_mass.py 500
+	$(BIN)/python scripts/planted.py --robots 500
 
 lint: $(INSTALLED) ## ruff: rules and format
 	$(BIN)/ruff check --no-cache .

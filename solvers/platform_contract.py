@@ -46,6 +46,8 @@ def across_wrenches(F: Any, W: Any, model: Any) -> int:
         if orthogonalise(W, base, count):
             count += 1
     rank = count
+    if rank < n:
+        return 0
     while count < 6:
         best = -1.0
         chosen = 0
@@ -207,6 +209,6 @@ def cut(cell: Any, j: int, low: float, high: float) -> bool:
     cell[j] = max(lo, down(m + down(half * low)))
     cell[j + 1] = min(hi, up(m + up(half * high)))
     if cell[j] > cell[j + 1]:
-        # Only by rounding at a corner: keep a point of the old bounds.
+        # Only by rounding at a corner, where no solution is: one point keeps the cell well formed.
         cell[j + 1] = cell[j]
     return cell[j + 1] - cell[j] <= WORTH * (hi - lo)

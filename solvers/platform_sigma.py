@@ -299,9 +299,19 @@ def settled(F: Any, W: Any, model: Any, roots: Any, cell: Any, pivot: int, lo: A
 
 
 @njit(cache=True, nogil=True)
+def leaf(cell: Any, children: Any, kind: int) -> int:
+    """Return the cell as a leaf."""
+    for k in range(cell.shape[0]):
+        children[0, k] = cell[k]
+    return -kind
+
+
+@njit(cache=True, nogil=True)
 def halve(cell: Any, children: Any, lo: int) -> int:
-    """Bisect the variable whose bounds stand at ``lo, lo + 1``."""
+    """Bisect the variable whose bounds stand at ``lo, lo + 1``; a leaf where no double lies between them."""
     m = 0.5 * (cell[lo] + cell[lo + 1])
+    if not cell[lo] < m < cell[lo + 1]:
+        return leaf(cell, children, SMALL)
     for k in range(cell.shape[0]):
         children[0, k] = cell[k]
         children[1, k] = cell[k]
@@ -332,14 +342,6 @@ def newton_contract(F: Any, W: Any, model: Any, cell: Any, equations: int, lo: A
         if tension_bounds(F, W, model, lo[6:], hi[6:]):
             equations += statics_equations(F, W, model, EQUATION + equations, lo[6:], hi[6:])
     return contract(F, W, cell, equations)
-
-
-@njit(cache=True, nogil=True)
-def leaf(cell: Any, children: Any, kind: int) -> int:
-    """Return the cell as a leaf."""
-    for k in range(cell.shape[0]):
-        children[0, k] = cell[k]
-    return -kind
 
 
 @njit(cache=True, nogil=True)

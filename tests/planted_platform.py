@@ -5,9 +5,11 @@ from __future__ import annotations
 import math
 import random
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from itertools import combinations
+
+import numpy as np
 
 from solvers.platform_model import Model, Range, RangeVector, build_model
 
@@ -186,3 +188,19 @@ def plant(
         n,
     )
     return Planted(model, chart, n, u, p, t, anchors, points, load, lengths_sq)
+
+
+UNCERTAIN = ("anchors", "points", "anchor_steps", "point_steps", "square", "lengths_sq", "load")
+"""Arrays of a model that have an error array beside them."""
+
+
+def shifted(robot: Planted, name: str, size: float) -> Planted:
+    """Return the robot with one array of its model moved by up to ``size``, and its errors grown by as much.
+
+    The exact data stay in the enclosures, at their border: a kernel that forgets this error misses them.
+    """
+    value, error = getattr(robot.model, name), getattr(robot.model, f"{name}_err")
+    step = size * np.cos(1.0 + np.arange(value.size)).reshape(value.shape)
+    grown = np.abs(step).max(axis=0) if value.ndim > error.ndim else np.abs(step)
+    changed = {name: value + step, f"{name}_err": error + grown * (1.0 + 1e-6)}
+    return replace(robot, model=robot.model._replace(**changed))

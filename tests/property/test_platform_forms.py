@@ -18,7 +18,18 @@ from solvers import platform_contract
 from solvers import platform_forms as forms
 from solvers import platform_position as position
 from solvers import platform_sigma as sigma
-from tests.planted_platform import Planted, Vector, apply, cross, dot, minus, plant, solve3
+from tests.planted_platform import (
+    UNCERTAIN,
+    Planted,
+    Vector,
+    apply,
+    cross,
+    dot,
+    minus,
+    plant,
+    shifted,
+    solve3,
+)
 
 TAUT = (3, 4, 5, 6)
 WIDTHS = (Fraction(0), Fraction(1, 10**7), Fraction(1, 300))
@@ -281,6 +292,43 @@ def test_tensions_and_pose_of_the_equilibrium_are_enclosed(n: int) -> None:
     assert bounded >= 2 * len(planted(n))
 
 
+@pytest.mark.parametrize("name", UNCERTAIN)
+@pytest.mark.parametrize("n", [3, 5])
+def test_the_error_of_every_datum_is_counted(n: int, name: str) -> None:
+    """In tiny cells nothing else makes room for a datum at the border of its enclosure."""
+    rng = random.Random(14)
+    enclosed = 0
+    for robot in (shifted(robot, name, 1e-5) for robot in planted(n)[:3]):
+        cell = sigma_cell(rng, robot, 1e-9)
+        checker = sigma_checker(robot, cell)
+        F, W = checker.F, checker.W
+        checker.at([forms.U, forms.U + 1, forms.U + 2, forms.OFFSET + 2], [*robot.u, robot.sigma(0)])
+        d, e, m = robot.frame(robot.u, 0)
+        checker.enclose_all(forms.GRAM, [dot(d, d), dot(e, e), dot(d, e)])
+        checker.enclose_all(forms.OFFSET, robot.offsets(robot.u, 0))
+        checker.enclose_all(forms.FRAME, [*d, *e, *m])
+        lo, hi = sigma.sphere_bounds(F, robot.model, 0)[:2]
+        assert lo <= robot.sigma(0) ** 2 <= hi
+        exact = [*robot.u, *robot.p, *robot.t]
+        low, high = np.empty(6 + n), np.empty(6 + n)
+        if sigma.enclose_cell(F, W, robot.model, cell, low, high):
+            enclosed += 1
+            assert all(a <= c <= b for a, b, c in zip(low, high, exact, strict=True))
+        pivot = int(robot.model.orders[0, 0])
+        for i in range(n):
+            below, above = sigma.length_gap(F, forms.EQUATION, robot.model, robot.chart, i, pivot)
+            assert below <= 0 <= above
+        wide = Checker(6)
+        cell = position_cell(rng, robot, 1e-9)
+        if position.enclose_position_cell(wide.F, wide.W, robot.model, cell, low, high):
+            enclosed += 1
+            assert all(a <= c <= b for a, b, c in zip(low, high, exact, strict=True))
+        for i in range(n):
+            below, above = position.sphere_gap(wide.F, robot.model, i, forms.CABLE + forms.BLOCK * i + 3)
+            assert below <= 0 <= above
+    assert enclosed >= 3
+
+
 def test_tension_bounds_of_six_cables() -> None:
     """The search does not use them for six cables, but they hold as well."""
     rng = random.Random(7)
@@ -380,9 +428,12 @@ def test_the_equations_of_a_cell_vanish_at_the_equilibrium(n: int) -> None:
                 assert below <= 0 <= above
                 checker.encloses(forms.SCRATCH, Fraction(0))
             if n < 6 and forms.tension_bounds(F, W, robot.model, lo, hi):
-                count = platform_contract.statics_equations(F, W, robot.model, forms.EQUATION, lo, hi)
-                assert count == 6 - n
-                checker.enclose_all(forms.EQUATION, [Fraction(0)] * count)
+                for below, above in ((0.0, 0.0), (500.0, 1.0), (0.0, 900.0)):
+                    count = platform_contract.statics_equations(
+                        F, W, robot.model, forms.EQUATION, lo - below, hi + above
+                    )
+                    assert count == 6 - n
+                    checker.enclose_all(forms.EQUATION, [Fraction(0)] * count)
 
 
 def holds(cell: Any, values: Sequence[Fraction]) -> bool:

@@ -16,7 +16,7 @@ from cdpr_interval.kernels.enclosure import enclose
 from solvers import platform_newton as newton
 from solvers.platform_model import Model, Range, RangeVector, build_model
 from solvers.platform_roots import GENERAL, GEOMETRY, PLANAR, Prover, Root
-from tests.planted_platform import HALF_TURN_SIGNS, Planted, plant
+from tests.planted_platform import HALF_TURN_SIGNS, Planted, plant, shifted
 
 TAUT = (2, 3, 4, 5, 6)
 WIDTHS = (Fraction(0), Fraction(1, 10**6))
@@ -135,6 +135,21 @@ def test_the_system_vanishes_at_the_planted_pose(n: int) -> None:
         f, J = np.empty((n + 6, 2)), np.empty((n + 6, 6 + n, 2))
         newton.system(robot.model, robot.chart, box, f, J, True)
         assert all(contains(row, Fraction(0)) for row in f)
+
+
+@every_count
+@pytest.mark.parametrize("name", ["anchors", "points", "lengths_sq", "load"])
+def test_the_error_of_every_datum_is_counted(n: int, name: str) -> None:
+    robot = shifted(planted(n)[0], name, 1e-3)
+    box = np.array([enclose(x) for x in [*robot.u, *robot.p, *robot.t]])
+    f, J = np.empty((n + 6, 2)), np.empty((n + 6, 6 + n, 2))
+    newton.system(robot.model, robot.chart, box, f, J, True)
+    assert all(contains(row, Fraction(0)) for row in f)
+    assert np.any(f[:, 1] - f[:, 0] > 1e-6)
+    for k in range(6 + n):
+        at = [Dual(x, int(j == k)) for j, x in enumerate([*robot.u, *robot.p, *robot.t])]
+        for row, value in enumerate(equations(robot, robot.chart, at)):
+            assert contains(J[row, k], value.slope)
 
 
 @every_count
