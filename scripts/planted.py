@@ -141,11 +141,13 @@ def matches(kind: str, wanted: Sequence[str]) -> bool:
 def solve_all(jobs: Sequence[Job], processes: int, seconds: float) -> Iterable[Fate]:
     """Solve the robots in worker processes; what has not begun when the time is over is left out."""
     end = time.monotonic() + seconds
-    # The first robot compiles the kernels into numba's cache, from which the workers load them.
-    yield solve_job(jobs[0])
+    # The first point mass and platform compile the kernels into numba's cache: the workers load them.
+    heads = {job.kind in POINT_KINDS: job for job in reversed(jobs)}
+    yield from map(solve_job, heads.values())
+    jobs = [job for job in jobs if job not in heads.values()]
     with ProcessPoolExecutor(processes, mp_context=get_context("spawn")) as pool:
         step = 4 * processes
-        for first in range(1, len(jobs), step):
+        for first in range(0, len(jobs), step):
             if time.monotonic() > end:
                 return
             yield from pool.map(solve_job, jobs[first : first + step])
@@ -175,6 +177,7 @@ def parse(arguments: Sequence[str] | None) -> argparse.Namespace:
     parser.add_argument("--robots", type=int, default=500, help="number of robots, over all kinds")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--kinds", nargs="*", default=[], help="only kinds whose names begin like this")
+    parser.add_argument("--each", action="store_true", help="print a line for every robot")
     parser.add_argument("--taut-only", action="store_true", help="never ask for all subsets of a platform")
     parser.add_argument("--all-subsets", type=int, default=3, help="most cables asked for all subsets")
     parser.add_argument("--time-limit-per-robot", type=float, default=120.0, help="seconds of wall time")
@@ -191,8 +194,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     fates = []
     for fate in solve_all(jobs, options.processes, options.time_limit):
         fates.append(fate)
-        if fate.verdict in FAILED:
-            print(f"{fate.verdict}: kind {fate.kind}, seed {fate.seed}", *fate.notes, sep="\n  ", flush=True)
+        if options.each or fate.verdict in FAILED:
+            cost = f"{fate.cells} cells, {fate.seconds:.2f} s"
+            text = f"{fate.verdict}: kind {fate.kind}, seed {fate.seed}, {cost}"
+            print(text, *fate.notes, sep="\n  ", flush=True)
     print(f"seed {options.seed}: {len(fates)} of {len(jobs)} robots solved, each with one planted pose;")
     asked = "no platform" if options.taut_only else f"platforms of up to {options.all_subsets} cables"
     print(f"all subsets of taut cables: point masses and {asked}; the planted subset alone: the others.")

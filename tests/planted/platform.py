@@ -389,6 +389,8 @@ class Kind:
     """Half width of the lengths, as a share."""
     tight: bool = False
     """The first slack cable is exactly tight: the pose stays, that cable's state does not."""
+    all_round: bool = False
+    """The slack cables are slack at every rotation."""
 
 
 KINDS: dict[str, Kind] = {
@@ -415,6 +417,7 @@ KINDS: dict[str, Kind] = {
         *(Kind(f"a-hook-{n}", hook(n)) for n in (2, 3)),
         *(Kind(f"b-rod-{n}", rod(n)) for n in (2, 3, 4, 5)),
         *(Kind(f"c-at-centre-{n}", at_centre(n), (1, 2)) for n in (1, 2, 3)),
+        *(Kind(f"c-at-centre-free-{n}", at_centre(n), (1, 2), all_round=True) for n in (1, 2, 3)),
         *(Kind(f"d-one-point-{n}", one_point(n)) for n in (1, 2, 3)),
         *(Kind(f"ab-torus-{n}", rod_vertical(n)) for n in (2, 3)),
         Kind("ab-hook-and-rod-2", hook(2, rod=True)),
@@ -459,6 +462,8 @@ def assemble(rng: random.Random, kind: Kind, s: Sketch, exits: Sequence[Vector])
         spoke = combine((1, exit_point), (-1, arm))
         length = root(dot(spoke, spoke))
         tensions.append(Fraction(0) if own is None else s.densities[own] * length)
+        if own is None and kind.all_round:
+            length += 2 * root(dot(arm, arm))
         if own is None and not tight:
             length *= 1 + decimal(rng, 0.002, 0.6)
         tight = tight and own is not None
