@@ -54,6 +54,8 @@ def solve(problem: Problem, options: Options) -> Answer:
     """
     run = Run(problem, options)
     with run.budget.listening(), balls.precision():
+        if problem.taut is not None:
+            run.remember_ends(problem.taut)
         for taut in subsets(problem):
             run.solve_subset(taut)
     return run.answer()
@@ -98,6 +100,18 @@ class Run:
         else:
             self.examine(taut, found)
         self.found.append((taut, found, time.perf_counter() - started))
+
+    def remember_ends(self, taut: tuple[int, ...]) -> None:
+        """Solve the families one cable smaller, when only one subset is asked for: their ends are its roots
+        with a tension of exactly zero.
+        """
+        for missing in taut:
+            part = tuple(i for i in taut if i != missing)
+            if not part:
+                continue
+            kind = classify(self.problem, part)
+            if kind.kind is Kind.ONE_POINT or (kind.kind is Kind.PLANE and (kind.vertical or kind.rod)):
+                self.examine(part, Found())
 
     def examine(self, taut: tuple[int, ...], found: Found) -> None:
         """Dispatch on the kind of the subset."""

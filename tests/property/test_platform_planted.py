@@ -28,7 +28,7 @@ MAY_BE_OPEN = {
     "ab-torus-3",
     "ab-hook-and-rod-2",
 }
-"""Kinds whose pose may stay undecided: wide lengths, or another cable that is slack in a part of the family."""
+"""Kinds whose pose may stay undecided: wide lengths, or another cable slack in a part of the family only."""
 
 
 def solve(planted: Planted, taut: tuple[int, ...] | None) -> Result:
