@@ -102,8 +102,9 @@ class Run:
         self.found.append((taut, found, time.perf_counter() - started))
 
     def remember_ends(self, taut: tuple[int, ...]) -> None:
-        """Solve the families one cable smaller, when only one subset is asked for: their ends are its roots
-        with a tension of exactly zero.
+        """Solve the families one cable smaller, when only one subset is asked for.
+
+        Their ends are its roots with a tension of exactly zero.
         """
         for missing in taut:
             part = tuple(i for i in taut if i != missing)
