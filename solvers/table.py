@@ -110,4 +110,6 @@ def _print_rich(
     for row, solution in zip(rows, result.solutions, strict=True):
         colour = _COLOURS[solution.stability]
         layout.add_row(*(Text(cell, style=colour if i == 2 else "") for i, cell in enumerate(row)))
+    # A number cut short by a narrow terminal would be a wrong number: let long lines wrap instead.
+    console.width = max(console.width, *(len(line) for line in _aligned([head, *rows])))
     console.print(layout)
