@@ -89,9 +89,10 @@ def turning_solutions(
     ends = [FamilyEnd(taut, c.cable, turned(pose, axis, angle)) for c in around for angle in crossings(c)]
     full = [Arc(ArcEnd(-arb.pi(), None), ArcEnd(arb.pi(), None))]
     arcs: list[Arc] | None
+    states: dict[int, bool | None]
     if options.ignore_slack:
-        arcs = full
-        states = {c.cable: everywhere(c) for c in around}
+        # A full turn; whether the others are slack is said of the listed pose.
+        arcs, states = full, {}
     else:
         arcs = common_arcs(around)
         states = {c.cable: True for c in around}
