@@ -38,7 +38,7 @@ import planted_point_mass as point
 from solvers import forward_kinematics
 from solvers.point_mass import solve as solve_point_mass
 from solvers.problem import Options
-from solvers.result import Outcome
+from solvers.result import Outcome, StopReason
 from tests.planted import platform
 from tests.planted.verdict import Verdict, complaints, judge
 
@@ -93,6 +93,8 @@ def solve_platform(job: Job) -> Fate:
         cell_limit=job.cell_limit,
     )
     seconds = time.process_time() - start
+    if result.stop_reason is StopReason.INTERRUPTED:
+        raise KeyboardInterrupt
     notes = tuple(complaints(planted, result))
     verdict = WRONG if notes else judge(planted, result).value
     return Fate(job.kind, job.seed, verdict, result.statistics.cells, seconds, notes, whole)
