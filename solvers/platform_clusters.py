@@ -5,11 +5,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from solvers import balls
-from solvers import platform_position as position
-from solvers import platform_sigma as sigma
-from solvers.platform_forms import FORM_ROWS, WORK_SHAPE
+from cdpr_interval.kernels.second_order import ROTATION_ONLY, WHOLE_POSE, width
+from solvers import balls, platform_pose, platform_turn
 from solvers.platform_frame import Pose, centred_cayley, half_turn
+from solvers.platform_polynomials import FORM_ROWS, WORK_SHAPE
 from solvers.platform_reduction import Reduced
 from solvers.platform_solution import origin
 from solvers.platform_subset import SubsetSearch
@@ -18,23 +17,34 @@ from solvers.result import Undecided
 
 Floats = NDArray[np.float64]
 
+NEAR = 1e-6
+"""Cells nearer than this are one region: contraction leaves gaps between neighbours."""
 FINEST = 2_000
 """Most boxes whose touching is looked at pair by pair."""
 
 
 def clusters(
-    problem: Problem, taut: tuple[int, ...], reduced: Reduced, search: SubsetSearch
+    problem: Problem, taut: tuple[int, ...], reduced: Reduced, search: SubsetSearch, family: bool
 ) -> list[Undecided]:
-    """Return one entry for each connected cluster of a search's undecided cells."""
+    """Return one entry for each connected cluster of a search's undecided cells.
+
+    In a family a cluster stands for all poses that turning makes of it: one entry covers everything.
+    """
+    if family:
+        count = len(search.undecided) + len(search.undecided_position)
+        return [anywhere(problem, taut, search.reason, count)] if count else []
     found = []
-    for cells, chart in ((search.undecided, sigma.CHART), (search.undecided_position, position.P_CHART)):
+    for cells, chart in (
+        (search.undecided, platform_turn.CHART),
+        (search.undecided_position, platform_pose.P_CHART),
+    ):
         for group in connected(cells, chart):
             found.append(entry(problem, taut, reduced, group, chart, search.reason))
     return found
 
 
 def connected(cells: Floats, chart: int) -> list[Floats]:
-    """Split cells into groups of one chart whose boxes touch (for very many: whose coarse boxes touch)."""
+    """Split cells into groups of one chart whose boxes nearly touch (for very many: whose coarse boxes do)."""
     if len(cells) == 0:
         return []
     bucket = coarse_buckets(cells, chart)
@@ -51,7 +61,7 @@ def connected(cells: Floats, chart: int) -> list[Floats]:
         while todo:
             i = todo.pop()
             label[i] = k
-            fresh = np.flatnonzero(np.all((lo <= hi[i]) & (lo[i] <= hi), axis=1) & (label < 0))
+            fresh = np.flatnonzero(np.all((lo <= hi[i] + NEAR) & (lo[i] <= hi + NEAR), axis=1) & (label < 0))
             label[fresh] = k
             todo.extend(fresh.tolist())
     return [cells[label[bucket] == k] for k in np.unique(label)]
@@ -93,18 +103,25 @@ def entry(
 
 def position_hull(reduced: Reduced, cells: Floats, chart: int) -> Floats | None:
     """Return bounds (3, 2) of p over a cluster, model frame; None where a cell does not bound it."""
-    if chart == position.P_CHART:
-        return np.column_stack([cells[:, 6:12:2].min(axis=0), cells[:, 7:12:2].max(axis=0)])
     model = reduced.model
-    forms, work = np.zeros((FORM_ROWS, 6)), np.zeros(WORK_SHAPE)
-    lo, hi = np.empty(6 + model.n_taut), np.empty(6 + model.n_taut)
+    wide = chart == platform_pose.P_CHART
+    symbols = WHOLE_POSE if wide else ROTATION_ONLY
+    enclose = platform_pose.enclose_cell if wide else platform_turn.enclose_cell
+    forms, work = np.zeros((FORM_ROWS, width(symbols))), np.zeros(WORK_SHAPE)
+    lo, hi = np.empty(6), np.empty(6)
     best = np.array([[np.inf, -np.inf]] * 3)
     for cell in cells:
-        if not sigma.enclose_position(forms, work, model, cell, lo, hi):
+        if not enclose(forms, work, model, cell, symbols, lo, hi):
             return None
         best[:, 0] = np.minimum(best[:, 0], lo[3:6])
         best[:, 1] = np.maximum(best[:, 1], hi[3:6])
     return best
+
+
+def anywhere(problem: Problem, taut: tuple[int, ...], reason: str, cells: int = 1) -> Undecided:
+    """Return an undecided entry that covers every pose the taut cables allow."""
+    rotation = np.tile(np.array([-1.0, 1.0]), (3, 3, 1))
+    return Undecided(taut, cells, reason, reachable_box(problem, taut), rotation)
 
 
 def reachable_box(problem: Problem, taut: tuple[int, ...]) -> Floats:

@@ -124,8 +124,12 @@ def _norm_sq(a: RangeVector) -> Range:
 
 
 def platform_size(points: Floats) -> float:
-    """Return the largest distance of a platform point from the centre of mass (1 if all are there)."""
-    return float(np.sqrt((points**2).sum(axis=1).max())) or 1.0
+    """Return the power of two nearest to the largest distance of a platform point from the centre of mass.
+
+    1 if all are there. A power of two divides without rounding.
+    """
+    most = float(np.sqrt((points**2).sum(axis=1).max())) or 1.0
+    return float(2.0 ** np.round(np.log2(most)))
 
 
 def triples_by_spread(anchors: Floats, points: Floats, n: int, most: int = 4) -> Ints:

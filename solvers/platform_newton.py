@@ -21,6 +21,11 @@ from cdpr_interval.kernels import interval
 from cdpr_interval.kernels.dense import solve_in_place
 from cdpr_interval.kernels.rounding import down, up
 
+PERRON_STEPS = 12
+"""Steps of the search for a positive vector that proves a matrix close to the identity regular."""
+PERRON_FLOOR = 1e-3
+"""Share of the vector before that is kept."""
+
 
 @njit(cache=True, nogil=True)
 def accumulate(out: Any, i: int, j: int, lo: float, hi: float) -> None:
@@ -333,17 +338,33 @@ def krawczyk(model: Any, chart: int, rows: Any, free: Any, C: Any, z: Any, image
 def regular(model: Any, chart: int, rows: Any, free: Any, C: Any, z: Any) -> bool:
     """Return True when the square system has at most one zero in the box z (for every choice of data).
 
-    Proof: with d the half widths of z, |I - C J(z)| d < d shows that every matrix in C J(z) is
-    regular; two zeros would differ by a kernel vector of one of them (mean value theorem, row by row).
+    Proof: |I - C J(z)| v < v for one v > 0 shows that every matrix in C J(z) is regular; two zeros would
+    differ by a kernel vector of one of them (mean value theorem, row by row). v comes from a few steps
+    of power iteration, started at the box's half widths.
     """
     m = free.shape[0]
     E = np.empty((m, m, 2))
     krawczyk_matrix(model, chart, rows, free, C, z, E)
+    v = np.empty(m)
+    image = np.empty(m)
     for i in range(m):
-        total = 0.0
-        for j in range(m):
-            d = up(z[free[j], 1] - z[free[j], 0])
-            total = up(total + up(interval.mag(E[i, j, 0], E[i, j, 1]) * d))
-        if not total < down(z[free[i], 1] - z[free[i], 0]):
+        v[i] = up(z[free[i], 1] - z[free[i], 0]) + 1e-300
+    for _ in range(PERRON_STEPS):
+        smaller = True
+        for i in range(m):
+            total = 0.0
+            for j in range(m):
+                total = up(total + up(interval.mag(E[i, j, 0], E[i, j, 1]) * v[j]))
+            image[i] = total
+            smaller = smaller and total < v[i]
+        if smaller:
+            return True
+        largest = 0.0
+        for i in range(m):
+            largest = max(largest, image[i])
+        if not 0.0 < largest < math.inf:
             return False
-    return True
+        for i in range(m):
+            # The floor keeps v positive and the comparison strict where a row of E vanishes.
+            v[i] = image[i] / largest + PERRON_FLOOR * v[i]
+    return False

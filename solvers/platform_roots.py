@@ -7,11 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from cdpr_interval.kernels.second_order import ROTATION_ONLY, WHOLE_POSE, width
 from solvers import platform_newton as newton
-from solvers import platform_position as position
-from solvers import platform_sigma as sigma
-from solvers.platform_forms import FORM_ROWS, WORK_SHAPE
+from solvers import platform_pose as pose
+from solvers import platform_turn as turn
 from solvers.platform_model import HALF_TURNS, Model
+from solvers.platform_polynomials import FORM_ROWS, WORK_SHAPE
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -116,8 +117,8 @@ class Prover:
     def __init__(self, model: Model, reduction: Reduction) -> None:
         self.model = model
         self.reduction = reduction
-        self.forms = np.zeros((FORM_ROWS, 6))
-        self.wide_forms = np.zeros((FORM_ROWS, 8))
+        self.forms = np.zeros((FORM_ROWS, width(ROTATION_ONLY)))
+        self.wide_forms = np.zeros((FORM_ROWS, width(WHOLE_POSE)))
         self.work = np.zeros(WORK_SHAPE)
 
     def start(self, chart: int, u: Floats, p: Floats) -> Floats:
@@ -134,13 +135,27 @@ class Prover:
         t = np.linalg.lstsq(wrenches, -load, rcond=None)[0] if self.reduction.statics else np.zeros(len(e))
         return np.concatenate([u, p, t])
 
-    def position_of(self, cell: Floats) -> Floats:
-        """Return p at the middle of a (u, sigma) cell, in floats."""
-        model = self.model
+    def position_of(self, cell: Floats, in_position: bool) -> Floats:
+        """Return p at the middle of a cell, in floats."""
         u = 0.5 * (cell[0:6:2] + cell[1:6:2])
-        chart, order = int(cell[sigma.CHART]), model.orders[int(cell[sigma.ORDER])]
-        R = rotation(u, chart)
-        c = model.anchors[: model.n_taut] - model.points[0, : model.n_taut] @ R.T
+        chart = int(cell[pose.P_CHART if in_position else turn.CHART])
+        order = self.model.orders[0 if in_position else int(cell[turn.ORDER])]
+        centre = self.centres(chart, u)[order[0]]
+        if in_position:
+            return np.asarray(centre + 0.5 * (cell[6:12:2] + cell[7:12:2]))
+        foot, normal, height_sq = self.branches(chart, u, order)
+        return np.asarray(centre + foot + cell[turn.BRANCH] * np.sqrt(max(height_sq, 0.0)) * normal)
+
+    def centres(self, chart: int, u: Floats) -> Floats:
+        """Return the centres c_i = A_i - R b_i of the taut cables' spheres, (n, 3)."""
+        n = self.model.n_taut
+        centres: Floats = self.model.anchors[:n] - self.model.points[0, :n] @ rotation(u, chart).T
+        return centres
+
+    def branches(self, chart: int, u: Floats, order: Ints) -> tuple[Floats, Floats, float]:
+        """Return foot, unit normal and squared height of the two positions x of a rotation."""
+        model = self.model
+        c = self.centres(chart, u)
         i, j = order[0], order[1]
         d2 = c[j] - c[i]
         k2 = 0.5 * (d2 @ d2 + model.lengths_sq[i] - model.lengths_sq[j])
@@ -150,9 +165,9 @@ class Prover:
             d3 = c[order[2]] - c[i]
             k3 = 0.5 * (d3 @ d3 + model.lengths_sq[i] - model.lengths_sq[order[2]])
         m = np.cross(d2, d3)
-        s = 0.5 * (cell[sigma.SIGMA_LO] + cell[sigma.SIGMA_HI])
-        x = np.linalg.lstsq(np.array([d2, d3, m]), np.array([k2, k3, s]), rcond=None)[0]
-        return np.asarray(c[i] + x)
+        normal = m / max(float(np.linalg.norm(m)), 1e-300)
+        foot = np.linalg.lstsq(np.array([d2, d3, m]), np.array([k2, k3, 0.0]), rcond=None)[0]
+        return foot, normal, float(model.lengths_sq[i] - foot @ foot)
 
     def polish(self, chart: int, z: Floats) -> Floats | None:
         """Run Newton in floats; None when it does not converge."""
@@ -241,24 +256,34 @@ class Prover:
         return None
 
     def cell_enclosure(self, chart: int, box: Floats, reach: float) -> Floats | None:
-        """Enclose (u, p, t) over a (u, sigma) or (u, p) cell of half width ``reach`` around a root."""
+        """Enclose (u, p, t) over a cell in u or in (u, x) of half width ``reach`` around a root."""
         model = self.model
-        size = 6 + model.n_taut
-        lo, hi = np.empty(size), np.empty(size)
-        cell = self.sigma_cell(chart, box, reach)
-        if cell is not None and sigma.enclose_cell(self.forms, self.work, model, cell, lo, hi):
+        lo, hi = np.empty(6 + model.n_taut), np.empty(6 + model.n_taut)
+        cell = self.cell_around(chart, box, reach, turn.WIDTH)
+        pivot = model.orders[0, 0]
+        z = box.mean(axis=1)
+        x = z[3:6] - self.centres(chart, z[:3])[pivot]
+        cell[turn.CHART] = chart
+        cell[turn.BRANCH] = np.sign(self.branches(chart, z[:3], model.orders[0])[1] @ x)
+        if turn.enclose_cell(self.forms, self.work, model, cell, ROTATION_ONLY, lo, hi):
             return np.column_stack([lo, hi])
-        wide = np.zeros(position.P_WIDTH)
-        frozen = self.reduction.frozen[chart] or ()
-        for k in range(6):
-            pad = reach if k < 3 else reach * model.size
-            if (k < 3 and k in frozen) or (k == 4 and model.planar):
-                pad = 0.0
-            wide[2 * k], wide[2 * k + 1] = box[k, 0] - pad, box[k, 1] + pad
-        wide[position.P_CHART] = chart
-        if position.enclose_position_cell(self.wide_forms, self.work, model, wide, lo, hi):
+        cell = self.cell_around(chart, box, reach, pose.P_WIDTH)
+        for k in range(3):
+            pad = 0.0 if k == 1 and model.planar else reach * model.size
+            cell[6 + 2 * k], cell[7 + 2 * k] = x[k] - pad, x[k] + pad
+        cell[pose.P_CHART] = chart
+        if pose.enclose_cell(self.wide_forms, self.work, model, cell, WHOLE_POSE, lo, hi):
             return np.column_stack([lo, hi])
         return None
+
+    def cell_around(self, chart: int, box: Floats, reach: float, columns: int) -> Floats:
+        """Return a cell of ``columns`` columns with u within ``reach`` of a root's."""
+        cell = np.zeros(columns)
+        frozen = self.reduction.frozen[chart] or ()
+        for k in range(3):
+            pad = 0.0 if k in frozen else reach
+            cell[2 * k], cell[2 * k + 1] = box[k, 0] - pad, box[k, 1] + pad
+        return cell
 
     def unsettled(self, cells: Floats, roots: list[Root], in_position: bool) -> Floats:
         """Return the cells whose equilibria are not all in one root's uniqueness box.
@@ -266,34 +291,12 @@ class Prover:
         The search looks before it contracts a cell; here the contracted leaves get a last look.
         """
         lo, hi = np.empty(6 + self.model.n_taut), np.empty(6 + self.model.n_taut)
-        column = position.P_CHART if in_position else sigma.CHART
+        column = pose.P_CHART if in_position else turn.CHART
         keep = np.ones(len(cells), dtype=bool)
         for k, cell in enumerate(cells):
             if in_position:
-                known = position.enclose_position_cell(self.wide_forms, self.work, self.model, cell, lo, hi)
+                known = pose.enclose_cell(self.wide_forms, self.work, self.model, cell, WHOLE_POSE, lo, hi)
             else:
-                known = sigma.enclose_cell(self.forms, self.work, self.model, cell, lo, hi)
+                known = turn.enclose_cell(self.forms, self.work, self.model, cell, ROTATION_ONLY, lo, hi)
             keep[k] = not (known and any(r.holds(int(cell[column]), lo, hi) for r in roots))
         return cells[keep]
-
-    def sigma_cell(self, chart: int, box: Floats, reach: float) -> Floats | None:
-        """Return the (u, sigma) cell of half width ``reach`` around a root's pose."""
-        model = self.model
-        order = model.orders[0]
-        z = box.mean(axis=1)
-        c = model.anchors[: model.n_taut] - model.points[0, : model.n_taut] @ rotation(z[:3], chart).T
-        d2 = c[order[1]] - c[order[0]]
-        d3 = np.array([0.0, 1.0, 0.0]) if model.planar else c[order[2]] - c[order[0]]
-        m = np.cross(d2, d3)
-        s = float(m @ (z[3:6] - c[order[0]]))
-        wide = 2.0 * reach / sigma.SIGMA_WEIGHT * model.lengths[order[0], 1] * float(np.linalg.norm(m))
-        if not wide > 0.0:
-            return None
-        cell = np.zeros(sigma.WIDTH)
-        frozen = self.reduction.frozen[chart] or ()
-        for k in range(3):
-            pad = 0.0 if k in frozen else reach
-            cell[2 * k], cell[2 * k + 1] = box[k, 0] - pad, box[k, 1] + pad
-        cell[sigma.SIGMA_LO], cell[sigma.SIGMA_HI] = s - wide, s + wide
-        cell[sigma.CHART] = chart
-        return cell

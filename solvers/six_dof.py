@@ -6,12 +6,10 @@ import time
 from dataclasses import dataclass, field
 from itertools import combinations
 
-import numpy as np
-
 from cdpr_interval.engine.budget import Budget, Stop
 from cdpr_interval.engine.search import Report
 from solvers import balls
-from solvers.platform_clusters import clusters, reachable_box
+from solvers.platform_clusters import anywhere, clusters
 from solvers.platform_families import Classification, Kind, classify
 from solvers.platform_frame import Pose, lies_in, pose_of
 from solvers.platform_merge import absorb, distinct, is_open, shared
@@ -120,7 +118,7 @@ class Run:
         if kind.kind is Kind.DEPENDENT:
             # Smaller subsets hold all its poses; asked for alone, it has no isolated tensions to prove.
             if self.problem.taut is not None:
-                found.undecided.append(undecided_anywhere(self.problem, taut, DEPENDENT_REASON))
+                found.undecided.append(anywhere(self.problem, taut, DEPENDENT_REASON))
             return
         if kind.kind in (Kind.ONE_POINT, Kind.FREE_TURNING):
             self.examine_point(taut, kind, found)
@@ -134,7 +132,7 @@ class Run:
         if at is None:
             return
         if isinstance(at, str):
-            found.undecided.append(undecided_anywhere(self.problem, taut, at))
+            found.undecided.append(anywhere(self.problem, taut, at))
             return
         for pose in poses_at(self.problem, taut, at):
             if kind.kind is Kind.FREE_TURNING:
@@ -161,7 +159,7 @@ class Run:
             found.pending = max(found.pending, 1)
         for root in distinct(subset.roots, reduced.frame):
             self.add_root(taut, kind, reduced, root, found)
-        found.undecided += clusters(self.problem, taut, reduced, subset)
+        found.undecided += clusters(self.problem, taut, reduced, subset, kind.vertical or kind.rod)
 
     def add_root(
         self, taut: tuple[int, ...], kind: Classification, reduced: Reduced, root: Root, found: Found
@@ -252,9 +250,3 @@ def undecided_pose(problem: Problem, taut: tuple[int, ...], pose: Pose, reason: 
         balls.bounds_array(origin(problem.robot, pose)),
         balls.bounds_array(pose.rotation).reshape(3, 3, 2),
     )
-
-
-def undecided_anywhere(problem: Problem, taut: tuple[int, ...], reason: str) -> Undecided:
-    """Return an undecided entry that covers every pose the taut cables allow."""
-    rotation = np.tile(np.array([-1.0, 1.0]), (3, 3, 1))
-    return Undecided(taut, 1, reason, reachable_box(problem, taut), rotation)
