@@ -97,18 +97,37 @@ class Planted:
         return minus(self.anchors[i], apply(self.rotation(u), self.points[i]))
 
     def frame(self, u: Sequence[Fraction], order: int) -> list[Vector]:
-        """Return d_2, d_3 and m of a triple."""
+        """Return d_2, d_3 and m of a triple; in a plane d_3 is its normal."""
+        if self.model.planar:
+            d = minus(self.centre(u, 1), self.centre(u, 0))
+            normal = [Fraction(0), Fraction(1), Fraction(0)]
+            return [d, normal, cross(d, normal)]
         i, j, k = (int(c) for c in self.model.orders[order, :3])
         first = self.centre(u, i)
         d, e = minus(self.centre(u, j), first), minus(self.centre(u, k), first)
         return [d, e, cross(d, e)]
 
     def offsets(self, u: Sequence[Fraction], order: int) -> Vector:
-        """Return K_2 and K_3 of a triple."""
-        i, j, k = (int(c) for c in self.model.orders[order, :3])
+        """Return K_2 and K_3 of a triple; in a plane K_3 = 0."""
         d, e, _ = self.frame(u, order)
         l_sq = self.lengths_sq
+        if self.model.planar:
+            return [(dot(d, d) + l_sq[0] - l_sq[1]) / 2, Fraction(0)]
+        i, j, k = (int(c) for c in self.model.orders[order, :3])
         return [(dot(d, d) + l_sq[i] - l_sq[j]) / 2, (dot(e, e) + l_sq[i] - l_sq[k]) / 2]
+
+    def position(self, u: Sequence[Fraction], order: int, branch: int) -> Vector | None:
+        """Return x on one branch of a triple, up to 2^-150; None where there is none."""
+        d, e, m = self.frame(u, order)
+        square = dot(m, m)
+        if square == 0:
+            return None
+        foot = solve3([d, e, m], [*self.offsets(u, order), Fraction(0)])
+        height_sq = self.lengths_sq[int(self.model.orders[order, 0])] - dot(foot, foot)
+        if height_sq < 0:
+            return None
+        height = branch * root_range(height_sq / square).lo
+        return [a + height * b for a, b in zip(foot, m, strict=True)]
 
     def sigma(self, order: int) -> Fraction:
         """Return m . (p - c_1) of the equilibrium."""
@@ -188,6 +207,50 @@ def plant(
         n,
     )
     return Planted(model, chart, n, u, p, t, anchors, points, load, lengths_sq)
+
+
+def plant_planar(rng: random.Random, *, slack: int = 0, width: Fraction = Fraction(0)) -> Planted:
+    """Return a random platform on two taut cables in the plane y = 0; slack ones lie anywhere.
+
+    The load is vertical; ``width`` widens what may be uncertain within the plane.
+    """
+    zero = Fraction(0)
+    while True:
+        chart, u = rng.choice([0, 2]), [zero, fraction(rng, -1, 1), zero]
+        p = [fraction(rng, -2, 2), zero, fraction(rng, -2, 2)]
+        signs = HALF_TURN_SIGNS[chart]
+        rotation = [[x * s for x, s in zip(row, signs, strict=True)] for row in cayley(u)]
+        points = [[fraction(rng, -1, 1) / 2, zero, fraction(rng, -1, 1) / 2] for _ in range(2)]
+        points += [[fraction(rng, -1, 1) / 2 for _ in range(3)] for _ in range(slack)]
+        arms = [apply(rotation, b) for b in points]
+        t = [fraction(rng, 5, 50) for _ in range(2)]
+        if abs(arms[1][0]) < Fraction(1, 10):
+            continue
+        # No force along x, then no moment about y.
+        x, z = fraction(rng, -1, 1), fraction(rng, 1, 3)
+        across = -t[0] * x / t[1]
+        up = (t[0] * (arms[0][2] * x - arms[0][0] * z) + t[1] * arms[1][2] * across) / (t[1] * arms[1][0])
+        spokes = [[x, zero, z], [across, zero, up]]
+        spokes += [[fraction(rng, -1, 1), fraction(rng, -1, 1), fraction(rng, 1, 3)] for _ in range(slack)]
+        if max(abs(x) for e in spokes for x in e) < 6:
+            break
+    anchors = [
+        [a + b + c for a, b, c in zip(p, r, e, strict=True)] for r, e in zip(arms, spokes, strict=True)
+    ]
+    load = [zero, zero, -(t[0] * z + t[1] * up)]
+    lengths_sq = [dot(e, e) for e in spokes]
+    lengths = [widen(rng, root_range(x), width) for x in lengths_sq]
+    for i in range(2, 2 + slack):
+        lengths[i] = Range(lengths[i].lo, lengths[i].hi + fraction(rng, 0, 1))
+
+    def data(v: Vector) -> RangeVector:
+        x, y, z = (widen(rng, Range.exact(c), width if c else zero) for c in v)
+        return x, y, z
+
+    model = build_model(
+        [data(a) for a in anchors], [data(b) for b in points], lengths, data(load), 2, planar=True
+    )
+    return Planted(model, chart, 2, u, p, t, anchors, points, load, lengths_sq)
 
 
 UNCERTAIN = ("anchors", "points", "anchor_steps", "point_steps", "square", "lengths_sq", "load")
