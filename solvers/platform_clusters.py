@@ -44,7 +44,7 @@ def clusters(
 
 
 def connected(cells: Floats, chart: int) -> list[Floats]:
-    """Split cells into groups of one chart whose boxes nearly touch (for very many: whose coarse boxes do)."""
+    """Split cells into groups of one chart whose boxes (of very many: coarse boxes) nearly touch."""
     if len(cells) == 0:
         return []
     bucket = coarse_buckets(cells, chart)

@@ -1,4 +1,4 @@
-"""Forms that vanish at every solution of a cell: solved for symbols, added to other forms, used to shrink the cell.
+"""Forms that vanish at every solution of a cell: solved for symbols, added to others, used to shrink it.
 
 The rows EQUATION.. hold such forms (lengths of taut cables, statics). Solved by Gauss-Jordan for as many
 symbols as they fix (the rows PIVOT..), they can be added to any other form in any multiple without
@@ -26,7 +26,7 @@ LEAST_PIVOT = 1e-3
 PIVOTS = 30
 """Row of W that holds the symbol of each pivot."""
 TABLEAU = 31
-"""First of six rows of W used for the Gauss-Jordan elimination: symbols, then multipliers of the equations."""
+"""First of six rows of W for the Gauss-Jordan elimination: symbols, then multipliers of the equations."""
 WEIGHTS = 37
 """Row of W that holds the weights of the equations in a contraction."""
 
@@ -87,10 +87,10 @@ def solve_for_pivots(F: Any, W: Any, first: int, count: int, variables: int, S: 
 @njit(cache=True, nogil=True)
 def is_pivot(W: Any, symbol: int, rank: int) -> bool:
     """Return True when a symbol is one of the first ``rank`` pivots."""
+    found = False
     for s in range(rank):
-        if int(W[PIVOTS, s]) == symbol:
-            return True
-    return False
+        found = found or int(W[PIVOTS, s]) == symbol
+    return found
 
 
 @njit(cache=True, nogil=True)

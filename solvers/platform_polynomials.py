@@ -7,7 +7,7 @@ point of the first cable of the order (the pivot): with a_i = A_i - A_1, q_i = R
 d_i = a_i - q_i (the centre of sphere i seen from that of the pivot)
 
     |x|^2 = l_1^2,    d_i . x = K_i,    K_i = (|d_i|^2 + l_1^2 - l_i^2) / 2        (lengths)
-    w_1 = (-x, 0),    w_i = (d_i - x, q_i x (a_i - x)),    w_0 = (f, -r_1 x f)        (wrenches about that point)
+    w_1 = (-x, 0),    w_i = (d_i - x, q_i x (a_i - x)),    w_0 = (f, -r_1 x f)    (wrenches about that point)
 
 where |d_i|^2 is linear in R, so that everything is linear in R and, but for the pivot's sphere, in x.
 

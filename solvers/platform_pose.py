@@ -5,7 +5,8 @@ lengths of the taut cables are solved for as many of the six symbols as they fix
 to what is left and taken out of every other form (``platform_elimination``). It does not matter which
 symbols they are: where centres coincide the rotation is fixed by the position, not the other way round.
 
-A cell is a row ``u (3 x lo, hi), x (3 x lo, hi), chart, share``; x = p + r_1 - A_1 of the first order's pivot.
+A cell is a row ``u (3 x lo, hi), x (3 x lo, hi), chart, share``; x = p + r_1 - A_1 of the
+first order's pivot.
 """
 
 from __future__ import annotations
@@ -153,7 +154,10 @@ def finish_enclosure(F: Any, W: Any, model: Any, cell: Any, S: Symbols, lo: Any,
 
 @njit(cache=True, nogil=True)
 def settled(F: Any, W: Any, model: Any, roots: Any, cell: Any, S: Symbols, lo: Any, hi: Any) -> bool:
-    """Return True when every equilibrium in the cell lies in one root's uniqueness box. Needs ``wrench_rows``."""
+    """Return True when every equilibrium in the cell lies in one root's uniqueness box.
+
+    Needs ``wrench_rows``.
+    """
     size = 6 + model.n_taut
     bounded = False
     for k in range(roots.shape[0]):

@@ -1,7 +1,7 @@
-"""Statics of a cell: proofs that no non-negative tensions balance the load, equations, bounds of the tensions.
+"""Statics of a cell: proofs that no non-negative tensions balance the load, equations, tension bounds.
 
-All tests use the rows WRENCH.. and LOAD (scaled by s > 0, which cancels) and the rows PIVOT.., which vanish at
-every solution and may be added to any form. Directions y in R^6 are found in floats at the cell's
+All tests use the rows WRENCH.. and LOAD (scaled by s > 0, which cancels) and the rows PIVOT.., which
+vanish at every solution and may be added to any form. Directions y in R^6 are found in floats at the cell's
 centre; whatever they are, the forms y . w decide.
 """
 
@@ -42,7 +42,7 @@ INVERSE = 38
 RIDGE = 1e-12
 """Added to the Gram matrix's diagonal: a useless y only costs a bisection."""
 FLOOR = 1e-3
-"""Least right side of a form relative to the largest: the load's form hardly varies and must stay positive."""
+"""Least right side of a form relative to the largest: the load's form hardly varies, yet must be positive."""
 
 
 @njit(cache=True, nogil=True)
@@ -251,7 +251,7 @@ def limit_tensions(F: Any, W: Any, n: int, rank: int, S: Symbols) -> bool:
 
 @njit(cache=True, nogil=True)
 def complete_basis(W: Any, n: int) -> int:
-    """Write an orthonormal basis of R^6 that starts with the span of the columns; return its first free row's offset.
+    """Write an orthonormal basis of R^6 that starts with the columns' span; return its first free offset.
 
     Gram-Schmidt on the columns, then on the unit vectors, largest remainder first; 0 on failure.
     """

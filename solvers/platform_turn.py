@@ -1,8 +1,8 @@
 """Cells in u alone: three search variables, the position being one of two branches over the cell.
 
 The three spheres of a triple leave two positions for a rotation, mirrored at the plane of their centres: the
-sign of sigma = x . (d_2 x d_3) tells them apart. Over a small enough cell each branch x(u) is a smooth function;
-``position_rows`` encloses it by a second-order form. Where the branches meet (a fold), where the
+sign of sigma = x . (d_2 x d_3) tells them apart. Over a small enough cell each branch x(u) is a smooth
+function; ``position_rows`` encloses it by a second-order form. Where the branches meet (a fold), where the
 centres come close to one line, or where the position turns too fast, the cell is handed on to the
 search in (u, x) of ``platform_pose``, which needs no branch.
 
@@ -177,8 +177,9 @@ def position_rows(F: Any, W: Any, model: Any, order: int, branch: int, S: Symbol
     the triple at some u of the cell is enclosed at that u. Proof: x - x~ = delta + tau n with n the unit
     normal of d_2, d_3 and delta across it. The two plane equations give
     |delta| <= (rho_2 |d_3| + rho_3 |d_2|) / |d_2 x d_3| with rho their residuals at x~. The sphere gives
-    tau^2 + 2 tau h + c = 0 with h = n . x~, |c| <= rho_1 + 2 |x~| |delta| + |delta|^2, and the root on the
-    branch of a proved h has |tau| <= |c| / |h|. tau rides on ERROR_SYMBOL along the centre's normal.
+    tau^2 + 2 tau h + c = 0 with h = n . x~ and |c| <= rho_1 + 2 |x~| |delta| + |delta|^2. Where h has the
+    branch's sign, the root on the branch has |tau| = |c| / (|h| + sqrt(h^2 - c)), which is at most |c| / |h|
+    and at most sqrt|c| (it is real only where c <= h^2). tau rides on ERROR_SYMBOL along the centre's normal.
     """
     pivot = model.orders[order, 0]
     third = third_block(model)
@@ -217,9 +218,8 @@ def position_rows(F: Any, W: Any, model: Any, order: int, branch: int, S: Symbol
         return False
     reach = up(math.sqrt(up(up(square + square_err) + rho1)))
     c = inflate(rho1 + delta * (2.0 * reach + delta), 0.0, 6.0)
-    tau = up(c / height)
-    # A correction as large as the height itself says that the branches are not told apart.
-    if not tau < 0.5 * height:
+    tau = min(up(c / height), up(math.sqrt(c)))
+    if not tau < math.inf:
         return False
     error = up(delta + up(tau * tilt))
     for k in range(3):

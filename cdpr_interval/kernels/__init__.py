@@ -1,1 +1,1 @@
-"""Compiled kernels: directed rounding, intervals, affine forms and small dense linear algebra."""
+"""Compiled kernels: directed rounding, intervals, second-order forms and small dense linear algebra."""

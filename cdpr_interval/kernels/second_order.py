@@ -71,14 +71,20 @@ def close(F: Forms, i: int, S: Symbols) -> None:
     """Write the sums |l| and |q| of row ``i``."""
     K = len(S)
     Q = 1 + K + K * (K + 1) // 2
-    total = 0.0
-    for k in range(1, 1 + K):
-        total += abs(F[i, k])
-    F[i, Q + 1] = total
-    total = 0.0
-    for k in range(1 + K, Q):
-        total += abs(F[i, k])
-    F[i, Q + 2] = total
+    # Two and three partial sums: a single one would wait for each addition.
+    a, b = 0.0, 0.0
+    for k in range(1, K, 2):
+        a += abs(F[i, k])
+        b += abs(F[i, k + 1])
+    F[i, Q + 1] = a + b
+    a, b, c = 0.0, 0.0, 0.0
+    for k in range(1 + K, Q - 2, 3):
+        a += abs(F[i, k])
+        b += abs(F[i, k + 1])
+        c += abs(F[i, k + 2])
+    if (Q - 1 - K) % 3 == 1:
+        a += abs(F[i, Q - 1])
+    F[i, Q + 2] = a + b + c
 
 
 @njit(signatures("void(f8[:, ::1], i8, f8, f8, S)"), cache=True, nogil=True)
@@ -109,14 +115,17 @@ def bounds(F: Forms, i: int, S: Symbols) -> tuple[float, float]:
     K = len(S)
     Q = 1 + K + K * (K + 1) // 2
     below = F[i, Q]
-    for k in range(1 + 2 * K, Q):
+    other = 0.0
+    for k in range(1 + 2 * K, Q - 2, 3):
         below += abs(F[i, k])
+        other += abs(F[i, k + 1]) + abs(F[i, k + 2])
+    below += other
     above = below
     for k in range(K):
         linear = abs(F[i, 1 + k])
         square = F[i, 1 + K + k]
         size = abs(square)
-        # The far side of the parabola's vertex: l + |q|. The near side: l^2 / (4 |q|) where the vertex is inside.
+        # The parabola reaches l + |q| on one side, on the other l^2 / (4 |q|) if its vertex is inside.
         near = linear - size if linear >= 2.0 * size else linear * (linear / (4.0 * size))
         if square > 0.0:
             above += linear + size
@@ -178,19 +187,28 @@ def combine6(F: Forms, out: int, a: int, W: Any, y: int, S: Symbols) -> None:
     """Set ``out`` to the sum over k < 6 of W[y, k] F[a + k]."""
     K = len(S)
     Q = 1 + K + K * (K + 1) // 2
+    c0, c1, c2 = W[y, 0], W[y, 1], W[y, 2]
+    c3, c4, c5 = W[y, 3], W[y, 4], W[y, 5]
     for k in range(Q):
-        F[out, k] = 0.0
+        F[out, k] = (c0 * F[a, k] + c1 * F[a + 1, k] + c2 * F[a + 2, k]) + (
+            c3 * F[a + 3, k] + c4 * F[a + 4, k] + c5 * F[a + 5, k]
+        )
     error = 0.0
     total = 0.0
     for j in range(6):
-        c = W[y, j]
-        for k in range(Q):
-            F[out, k] += c * F[a + j, k]
-        error += abs(c) * F[a + j, Q]
-        total += abs(c) * magnitude(F, a + j, S)
-    # A term passes one product and at most six sums.
-    F[out, Q] = inflate(error, 4.0 * total, 80.0)
+        error += abs(W[y, j]) * F[a + j, Q]
+        total += abs(W[y, j]) * magnitude(F, a + j, S)
+    # A term passes one product and at most three sums.
+    F[out, Q] = inflate(error, 2.5 * total, 80.0)
     close(F, out, S)
+
+
+@njit("f8(f8[:, ::1], i8, i8, f8[:, ::1], i8)", cache=True, nogil=True)
+def times_slopes(F: Forms, a: int, column: int, W: Any, y: int) -> float:
+    """Return the sum over k < 6 of W[y, k] F[a + k, column], rounded to nearest."""
+    first = W[y, 0] * F[a, column] + W[y, 1] * F[a + 1, column] + W[y, 2] * F[a + 2, column]
+    second = W[y, 3] * F[a + 3, column] + W[y, 4] * F[a + 4, column] + W[y, 5] * F[a + 5, column]
+    return float(first + second)
 
 
 @njit(signatures("void(f8[:, ::1], i8, i8, f8[:, ::1], i8, S)"), cache=True, nogil=True)
@@ -198,29 +216,24 @@ def moving6(F: Forms, out: int, a: int, W: Any, y: int, S: Symbols) -> None:
     """Set ``out`` to the sum over k < 6 of y_k F[a + k] with y_k = W[y, k] + sum_m W[y + 1 + m, k] eps_m."""
     K = len(S)
     Q = 1 + K + K * (K + 1) // 2
-    for k in range(Q):
-        F[out, k] = 0.0
-    error = 0.0
-    total = 0.0
+    combine6(F, out, a, W, y, S)
+    error = F[out, Q]
+    total = magnitude(F, out, S)
     for j in range(6):
-        r = a + j
-        c = W[y, j]
-        for k in range(Q):
-            F[out, k] += c * F[r, k]
         slopes = 0.0
-        q = 1 + 2 * K
         for m in range(K):
-            s = W[y + 1 + m, j]
-            slopes += abs(s)
-            F[out, 1 + m] += s * F[r, 0]
-            F[out, 1 + K + m] += s * F[r, 1 + m]
-            for n in range(m + 1, K):
-                F[out, q] += s * F[r, 1 + n] + W[y + 1 + n, j] * F[r, 1 + m]
-                q += 1
-        error += abs(c) * F[r, Q] + slopes * (F[r, Q + 2] + F[r, Q])
-        total += (abs(c) + slopes) * magnitude(F, r, S)
-    # A term passes one product and at most 14 sums.
-    F[out, Q] = inflate(error, 8.0 * total, 200.0)
+            slopes += abs(W[y + 1 + m, j])
+        error += slopes * (F[a + j, Q + 2] + F[a + j, Q])
+        total += slopes * magnitude(F, a + j, S)
+    q = 1 + 2 * K
+    for m in range(K):
+        F[out, 1 + m] += times_slopes(F, a, 0, W, y + 1 + m)
+        F[out, 1 + K + m] += times_slopes(F, a, 1 + m, W, y + 1 + m)
+        for n in range(m + 1, K):
+            F[out, q] += times_slopes(F, a, 1 + n, W, y + 1 + m) + times_slopes(F, a, 1 + m, W, y + 1 + n)
+            q += 1
+    # A term passes one product and at most five sums.
+    F[out, Q] = inflate(error, 3.5 * total, 200.0)
     close(F, out, S)
 
 
