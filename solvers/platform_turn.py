@@ -443,7 +443,10 @@ def on_branch(F: Any, W: Any, model: Any, order: int, branch: int, S: Symbols) -
 
 @njit(cache=True, nogil=True)
 def newton(F: Any, W: Any, model: Any, cell: Any, lengths: int, rank: int, S: Symbols) -> int:
-    """Contract the cell by the further lengths (already in EQUATION..) and the statics."""
+    """Contract the cell by the further lengths (already in EQUATION..) and the statics with tensions >= 0.
+
+    Where tension signs are to be ignored all six lengths are given and no statics enters.
+    """
     equations = lengths
     n = model.n_taut
     if n < MOST_TAUT and centre_columns(F, W, n) and limit_tensions(F, W, n, rank, S):

@@ -126,7 +126,7 @@ def bounds(F: Forms, i: int, S: Symbols) -> tuple[float, float]:
         square = F[i, 1 + K + k]
         size = abs(square)
         # The parabola reaches l + |q| on one side, on the other l^2 / (4 |q|) if its vertex is inside.
-        near = linear - size if linear >= 2.0 * size else linear * (linear / (4.0 * size))
+        near = linear * (0.25 * (linear / size)) if linear < 2.0 * size else linear - size
         if square > 0.0:
             above += linear + size
             below += near
