@@ -201,4 +201,10 @@ def cut(cell: Any, j: int, low: float, high: float) -> bool:
     if cell[j] > cell[j + 1]:
         # Only by rounding at a corner, where no solution is: one point keeps the cell well formed.
         cell[j + 1] = cell[j]
-    return bool(cell[j + 1] - cell[j] <= WORTH * (hi - lo))
+    return shrunk(cell[j + 1] - cell[j], hi - lo)
+
+
+@njit(cache=True, nogil=True)
+def shrunk(now: float, before: float) -> bool:
+    """Return True when a width is worth another look: really smaller, also among denormals."""
+    return bool(now < before and now <= WORTH * before)

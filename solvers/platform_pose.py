@@ -22,10 +22,10 @@ from solvers.platform_elimination import (
     EMPTY,
     SMALLER,
     STUCK,
-    WORTH,
     contract,
     cut_pivots,
     is_pivot,
+    shrunk,
     solve_for_pivots,
 )
 from solvers.platform_polynomials import (
@@ -114,7 +114,7 @@ def cut_by_lengths(F: Any, W: Any, model: Any, cell: Any, S: Symbols) -> tuple[i
         if verdict == EMPTY:
             return EMPTY, 0
         for k in range(3):
-            if cell[2 * k + 1] - cell[2 * k] < WORTH * (W[BEFORE, 2 * k + 1] - W[BEFORE, 2 * k]):
+            if shrunk(cell[2 * k + 1] - cell[2 * k], W[BEFORE, 2 * k + 1] - W[BEFORE, 2 * k]):
                 return SMALLER, 0
         for k in range(6 if verdict == SMALLER else 2 * VARIABLES):
             cell[k] = W[BEFORE, k]

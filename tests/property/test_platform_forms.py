@@ -857,3 +857,36 @@ def test_a_cell_is_settled_only_inside_a_box_in_all_unknowns(n: int, search: str
                 else:
                     b[k] = exact[k] - 1e-6
                 assert run_search(rng, robot, search, box_row(robot, a, b)) != 0
+
+
+@pytest.mark.parametrize("n", (3, 4, 6))
+def test_no_cell_is_its_own_child(n: int) -> None:
+    """Cells of a few doubles: a search would look at such a child for ever."""
+    rng = random.Random(31 + n)
+    F, W = np.zeros((forms.FORM_ROWS, width(WHOLE_POSE))), np.zeros(forms.WORK_SHAPE)
+    for robot in planted(n):
+        lo, hi = np.zeros((2, 6 + n))
+        context = (robot.model, no_roots(robot), 1e-9, WHOLE_POSE, F, W, lo, hi)
+        for _ in range(40):
+            cell = pose_cell(rng, robot, 0.0)
+            for k in range(6):
+                cell[2 * k + 1] += rng.choice([0, 1, 5, 300, 5000]) * np.spacing(abs(cell[2 * k]))
+            for _ in range(60):
+                children = np.zeros((4, pose.P_WIDTH))
+                before = cell.copy()
+                if pose.process(context, cell, children) != 1:
+                    break
+                assert not np.array_equal(children[0], before)
+                cell = children[0].copy()
+
+
+@pytest.mark.parametrize(("low", "high"), [(0.0, 5e-324), (1.0, 1.0), (0.0, 0.0)])
+def test_a_cut_without_progress_is_not_worth_another_look(low: float, high: float) -> None:
+    cell = np.array([low, high])
+    assert not elimination.cut(cell, 0, -0.1, 0.1)
+    assert (cell == [low, high]).all()
+
+
+def test_a_width_is_worth_another_look_at_the_same_share_everywhere() -> None:
+    assert elimination.shrunk(0.6, 1.0) and elimination.shrunk(1716.0, 2860.0)
+    assert not elimination.shrunk(0.7, 1.0) and not elimination.shrunk(0.0, 0.0)
