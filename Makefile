@@ -30,8 +30,9 @@ test: $(INSTALLED) ## run the test suite
 	$(BIN)/python -m pytest
 
 planted: $(INSTALLED) ## random robots with known poses: none may be lost
-	$(BIN)/python scripts/planted_point_mass.py 500
-	$(BIN)/python scripts/planted.py --robots 500
+	$(BIN)/python scripts/planted_point_mass.py 300 1
+	$(BIN)/python scripts/planted.py --robots 540 --seed 1 --taut-only \
+	  --time-limit-per-robot 30 --cell-limit-per-robot 3000000
 
 lint: $(INSTALLED) ## ruff: rules and format
 	$(BIN)/ruff check --no-cache .
