@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from cdpr_interval.kernels.second_order import ROTATION_ONLY, WHOLE_POSE, width
+from cdpr_interval.kernels.second_order import ROTATION_ONLY, WHOLE_POSE
 from solvers import balls, platform_pose, platform_turn
 from solvers.platform_frame import Pose, centred_cayley, half_turn
-from solvers.platform_polynomials import FORM_ROWS, WORK_SHAPE
 from solvers.platform_reduction import Reduced
+from solvers.platform_scratch import enclose_pose_cell, enclose_turn_cell, form_arrays
 from solvers.platform_solution import origin
 from solvers.platform_subset import SubsetSearch
 from solvers.problem import Problem
@@ -106,12 +106,12 @@ def position_hull(reduced: Reduced, cells: Floats, chart: int) -> Floats | None:
     model = reduced.model
     wide = chart == platform_pose.P_CHART
     symbols = WHOLE_POSE if wide else ROTATION_ONLY
-    enclose = platform_pose.enclose_cell if wide else platform_turn.enclose_cell
-    forms, work = np.zeros((FORM_ROWS, width(symbols))), np.zeros(WORK_SHAPE)
+    enclose = enclose_pose_cell if wide else enclose_turn_cell
+    scratch = form_arrays(symbols, cells.shape[1])
     lo, hi = np.empty(6), np.empty(6)
     best = np.array([[np.inf, -np.inf]] * 3)
     for cell in cells:
-        if not enclose(forms, work, model, cell, symbols, lo, hi):
+        if not enclose(scratch, model, cell, lo, hi):
             return None
         best[:, 0] = np.minimum(best[:, 0], lo[3:6])
         best[:, 1] = np.maximum(best[:, 1], hi[3:6])

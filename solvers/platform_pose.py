@@ -5,24 +5,24 @@ lengths of the taut cables are solved for as many of the six symbols as they fix
 to what is left and taken out of every other form (``platform_elimination``). It does not matter which
 symbols they are: where centres coincide the rotation is fixed by the position, not the other way round.
 
-A cell is a row ``u (3 x lo, hi), x (3 x lo, hi), chart, share``; x = p + r_1 - A_1 of the
-first order's pivot.
+A cell is a row ``u (3 x lo, hi), x (3 x lo, hi), chart, share``; x = p + r_1 - A_1 of the pivot.
 """
 
 from __future__ import annotations
 
 from typing import Any
 
-from numba import njit
+from numba import njit, types
 
-from cdpr_interval.engine.depth_first import depth_first
-from cdpr_interval.kernels.rounding import inflate
-from cdpr_interval.kernels.second_order import Symbols, bounds, constant, dot3, widen
+from cdpr_interval.engine.batches import batches
+from cdpr_interval.kernels.lanes import LANES, LaneArray, array3, load, splat, store, where_less
+from cdpr_interval.kernels.rounding import inflate_lanes
+from cdpr_interval.kernels.second_order import Forms, Symbols, bounds, constant, dot3, signatures, widen
 from solvers.platform_elimination import (
     EMPTY,
     SMALLER,
     STUCK,
-    contract,
+    VERDICTS,
     cut_pivots,
     is_pivot,
     shrunk,
@@ -40,21 +40,22 @@ from solvers.platform_polynomials import (
     triple_rows,
     wrench_rows,
 )
-from solvers.platform_statics import (
-    balance_free,
-    centre_columns,
-    limit_tensions,
-    no_tensions,
-    statics_equations,
-)
+from solvers.platform_statics import balance_free, centre_columns, covers, limit_tensions, statics_equations
 from solvers.platform_turn import (
+    OPEN,
     SMALL,
+    blank,
+    contract_open,
     copy_cell,
     halve,
-    in_file_order,
     leaf,
+    mark,
+    open_lanes,
     position_bounds,
+    read_bounds,
+    settled,
     slack_excluded,
+    solution_bounds,
 )
 
 P_CHART, P_SHARE = 12, 13
@@ -66,174 +67,191 @@ PIVOT_WEIGHT = 0.5
 """Weight of a variable that the lengths fix: bisecting it only helps where they leave several choices."""
 BEFORE = 45
 """Row of W that holds the cell before a cut."""
+MOVING = 46
+"""Row of W whose first place is 1 in lanes that are still being cut."""
 CUTS = 3
 """Most looks at the lengths alone before the other tests."""
 
 
-@njit(cache=True, nogil=True)
-def position_variables(F: Any, cell: Any, S: Symbols) -> None:
+@njit(signatures(types.void, array3), cache=True, nogil=True)
+def position_variables(F: Forms, C: LaneArray, S: Symbols) -> None:
     """Write x on the symbols 3..5."""
+    K = len(S)
+    Q = 1 + K + K * (K + 1) // 2
     for k in range(3):
-        m, r = middle_and_radius(cell[6 + 2 * k], cell[7 + 2 * k])
-        constant(F, POSITION + k, m, 0.0, S)
-        F[POSITION + k, 4 + k] = r
-        F[POSITION + k, F.shape[1] - 2] = r
+        m, r = middle_and_radius(load(C, 0, 6 + 2 * k), load(C, 0, 7 + 2 * k))
+        constant(F, POSITION + k, m, splat(0.0), S)
+        store(F, POSITION + k, 4 + k, r)
+        store(F, POSITION + k, Q + 1, r)
 
 
 @njit(cache=True, nogil=True)
-def length_equations(F: Any, model: Any, S: Symbols) -> int:
+def length_equations(F: Forms, model: Any, S: Symbols) -> int:
     """Write the equations of the taut cables to EQUATION..; return how many."""
     pivot = model.orders[0, 0]
     dot3(F, EQUATION, POSITION, POSITION, S)
     square = model.lengths_sq[pivot]
-    F[EQUATION, 0] -= square
-    widen(F, EQUATION, inflate(model.lengths_sq_err[pivot], abs(F[EQUATION, 0]) + square, 4.0), S)
+    centre = load(F, EQUATION, 0) - square
+    store(F, EQUATION, 0, centre)
+    error = inflate_lanes(splat(model.lengths_sq_err[pivot]), abs(centre) + square, 4.0)
+    widen(F, EQUATION, error, S)
     for j in range(1, model.n_taut):
         length_row(F, EQUATION + j, CABLE + BLOCK * j, S)
     return int(model.n_taut)
 
 
 @njit(cache=True, nogil=True)
-def cut_by_lengths(F: Any, W: Any, model: Any, cell: Any, S: Symbols) -> tuple[int, int]:
-    """Cut the cell by the lengths until that gains little; return a verdict and the number of pivots.
+def after_cut(W: LaneArray, C: LaneArray, lane: int, states: Any) -> None:
+    """Decide what a cut did to a lane: empty, u much smaller (a new cell), x much smaller (once more), little."""
+    if W[VERDICTS, 0, lane] == EMPTY:
+        states[lane] = EMPTY
+        W[MOVING, 0, lane] = 0.0
+        return
+    for k in range(3):
+        now = C[0, 2 * k + 1, lane] - C[0, 2 * k, lane]
+        if shrunk(now, W[BEFORE, 2 * k + 1, lane] - W[BEFORE, 2 * k, lane]):
+            states[lane] = SMALLER
+            W[MOVING, 0, lane] = 0.0
+            return
+    in_position = W[VERDICTS, 0, lane] == SMALLER
+    for k in range(6 if in_position else 2 * VARIABLES):
+        C[0, k, lane] = W[BEFORE, k, lane]
+    if not in_position:
+        W[MOVING, 0, lane] = 0.0
 
-    STUCK: the rows in F are those of the cell as it is now. SMALLER: they are not, look again. Small
-    gains are given back, because the rows were made for the cell before the cut.
+
+@njit(cache=True, nogil=True)
+def cut_by_lengths(F: Forms, W: LaneArray, model: Any, C: LaneArray, states: Any, S: Symbols) -> int:
+    """Cut the open lanes' cells by the lengths until that gains little; return the most pivots of a lane.
+
+    Lanes still OPEN afterwards: the rows in F are those of the cell as it is now. SMALLER: they are not, look
+    again. Small gains are given back, because the rows were made for the cell before the cut.
     """
+    rank = 0
+    for lane in range(LANES):
+        W[MOVING, 0, lane] = 1.0 if states[lane] == OPEN else 0.0
     for _ in range(CUTS):
-        position_variables(F, cell, S)
+        position_variables(F, C, S)
         count = length_equations(F, model, S)
         for e in range(count):
             lo, hi = bounds(F, EQUATION + e, S)
-            if lo > 0.0 or hi < 0.0:
-                return EMPTY, 0
+            outside = where_less(0.0, lo, 1.0, where_less(hi, 0.0, splat(1.0), 0.0))
+            mark(W, outside, states, EMPTY)
         rank = solve_for_pivots(F, W, 0, count, VARIABLES, S)
-        for k in range(2 * VARIABLES):
-            W[BEFORE, k] = cell[k]
-        verdict = cut_pivots(F, W, cell, rank, S)
-        if verdict == EMPTY:
-            return EMPTY, 0
-        for k in range(3):
-            if shrunk(cell[2 * k + 1] - cell[2 * k], W[BEFORE, 2 * k + 1] - W[BEFORE, 2 * k]):
-                return SMALLER, 0
-        for k in range(6 if verdict == SMALLER else 2 * VARIABLES):
-            cell[k] = W[BEFORE, k]
-        if verdict == STUCK:
-            return STUCK, rank
-    return SMALLER, 0
+        for lane in range(LANES):
+            moving = W[MOVING, 0, lane] > 0.0 and states[lane] == OPEN
+            W[MOVING, 0, lane] = 1.0 if moving else 0.0
+            W[VERDICTS, 0, lane] = STUCK if moving else EMPTY
+            for k in range(2 * VARIABLES):
+                W[BEFORE, k, lane] = C[0, k, lane]
+        cut_pivots(F, W, C, rank, S)
+        again = False
+        for lane in range(LANES):
+            if W[MOVING, 0, lane] > 0.0:
+                after_cut(W, C, lane, states)
+                again = again or W[MOVING, 0, lane] > 0.0
+        if not again:
+            return rank
+    for lane in range(LANES):
+        if W[MOVING, 0, lane] > 0.0:
+            states[lane] = SMALLER
+    return rank
 
 
 @njit(cache=True, nogil=True)
-def enclose_cell(F: Any, W: Any, model: Any, cell: Any, S: Symbols, lo: Any, hi: Any) -> bool:
-    """Enclose (u, p, t) of every equilibrium of the taut cables in the cell; False if t is not bounded.
+def enclose_cell(
+    F: Forms, W: LaneArray, model: Any, cell: Any, S: Symbols, C: LaneArray, lo: Any, hi: Any
+) -> bool:
+    """Enclose (u, p, t) of every equilibrium of the taut cables in a cell; False if t is not bounded.
 
     ``lo, hi`` : (6 + n,). With ``lo`` of length 6 only the pose.
     """
-    chart = int(cell[P_CHART])
-    rotation_rows(F, cell, S)
-    triple_rows(F, model, chart, 0, S)
-    position_variables(F, cell, S)
-    wrench_rows(F, model, chart, 0, S)
-    return finish_enclosure(F, W, model, cell, S, lo, hi)
-
-
-@njit(cache=True, nogil=True)
-def finish_enclosure(F: Any, W: Any, model: Any, cell: Any, S: Symbols, lo: Any, hi: Any) -> bool:
-    """Write (u, p, t) bounds, given the wrenches."""
-    for k in range(3):
-        lo[k] = cell[2 * k]
-        hi[k] = cell[2 * k + 1]
-    position_bounds(F, model, 0, S, lo[3:6], hi[3:6])
+    for k in range(cell.shape[0]):
+        store(C, 0, k, cell[k])
+    rotation_rows(F, C, P_CHART, S)
+    triple_rows(F, model, S)
+    position_variables(F, C, S)
+    wrench_rows(F, model, S)
+    bounded = splat(1.0)
     if lo.shape[0] == 6:
-        return True
-    if model.n_taut == MOST_TAUT:
-        no_tensions(lo[6:], hi[6:])
-        return True
-    return bool(in_file_order(F, W, model, 0, S, lo, hi))
+        position_bounds(F, W, model, S)
+    else:
+        bounded = solution_bounds(F, W, model, S)
+    read_bounds(W, C, 0, model, lo, hi)
+    return bool(covers(W, bounded, splat(1.0)))
 
 
 @njit(cache=True, nogil=True)
-def settled(F: Any, W: Any, model: Any, roots: Any, cell: Any, S: Symbols, lo: Any, hi: Any) -> bool:
-    """Return True when every equilibrium in the cell lies in one root's uniqueness box.
-
-    Needs ``wrench_rows``.
-    """
-    size = 6 + model.n_taut
-    bounded = False
-    for k in range(roots.shape[0]):
-        near = int(roots[k, 0]) == int(cell[P_CHART])
-        for c in range(3):
-            near = near and roots[k, 1 + c] <= cell[2 * c] and cell[2 * c + 1] <= roots[k, 1 + size + c]
-        if not near:
-            continue
-        if not bounded:
-            if not finish_enclosure(F, W, model, cell, S, lo, hi):
-                return False
-            bounded = True
-        for c in range(3, size):
-            near = near and roots[k, 1 + c] <= lo[c] and hi[c] <= roots[k, 1 + size + c]
-        if near:
-            return True
-    return False
-
-
-@njit(cache=True, nogil=True)
-def newton(F: Any, W: Any, model: Any, cell: Any, rank: int, S: Symbols) -> int:
-    """Contract the cell by the lengths (already in EQUATION..) and the statics."""
+def newton(F: Forms, W: LaneArray, model: Any, C: LaneArray, rank: int, states: Any, S: Symbols) -> None:
+    """Contract the open lanes by the lengths (already in EQUATION..) and the statics."""
     n = model.n_taut
     equations = n
-    if n < MOST_TAUT and centre_columns(F, W, n) and limit_tensions(F, W, n, rank, S):
+    if n < MOST_TAUT:
+        centre_columns(F, W, n)
+        limited = limit_tensions(F, W, n, rank, S)
         # The pivots stay in the equations: the contraction solves for all variables at once.
-        equations += statics_equations(F, W, n, equations, 0, S)
-    return int(contract(F, W, cell, equations, VARIABLES, S))
+        limited = limited * statics_equations(F, W, n, equations, 0, S)
+        for e in range(6 - n):
+            blank(F, EQUATION + n + e, limited, S)
+        equations += 6 - n
+    contract_open(F, W, C, equations, VARIABLES, states, S)
 
 
 @njit(cache=True, nogil=True)
-def bisect(W: Any, model: Any, cell: Any, children: Any, rank: int, leaf_size: float) -> int:
-    """Bisect the widest variable, or return a leaf."""
+def bisect(W: LaneArray, model: Any, C: LaneArray, lane: int, children: Any, leaf_size: float) -> int:
+    """Bisect the widest variable of a lane, or return a leaf."""
     widest, width, largest = 0, -1.0, 0.0
     for k in range(VARIABLES):
-        w = cell[2 * k + 1] - cell[2 * k]
+        w = C[0, 2 * k + 1, lane] - C[0, 2 * k, lane]
         if k >= 3:
             w *= POSITION_WEIGHT / model.size
         largest = max(largest, w)
-        if is_pivot(W, k, rank):
+        if is_pivot(W, lane, k):
             w *= PIVOT_WEIGHT
         if w > width:
             widest, width = k, w
     if largest <= leaf_size:
-        return int(leaf(cell, children, SMALL))
-    return int(halve(cell, children, 2 * widest))
+        return int(leaf(C, lane, children, SMALL))
+    return int(halve(C, lane, children, 2 * widest))
 
 
 @njit(cache=True, nogil=True)
-def process(context: Any, cell: Any, children: Any) -> int:
-    """Exclude, contract, settle or split one cell; see ``engine.depth_first``."""
-    model, roots, leaf_size, S, F, W, lo, hi = context
-    chart = int(cell[P_CHART])
+def classify(F: Forms, W: LaneArray, model: Any, roots: Any, C: LaneArray, states: Any, S: Symbols) -> None:
+    """Exclude, settle or contract the open lanes."""
     n = model.n_taut
-    rotation_rows(F, cell, S)
-    triple_rows(F, model, chart, 0, S)
-    verdict, rank = cut_by_lengths(F, W, model, cell, S)
-    if verdict == EMPTY:
-        return 0
-    if verdict == SMALLER:
-        copy_cell(cell, children)
-        return 1
-    if model.slack and slack_excluded(F, model, chart, 0, S):
-        return 0
-    wrench_rows(F, model, chart, 0, S)
-    if model.statics and centre_columns(F, W, n) and balance_free(F, W, n, rank, S):
-        return 0
-    if settled(F, W, model, roots, cell, S, lo, hi):
-        return 0
-    verdict = newton(F, W, model, cell, rank, S)
-    if verdict == EMPTY:
-        return 0
-    if verdict == SMALLER:
-        copy_cell(cell, children)
-        return 1
-    return bisect(W, model, cell, children, rank, leaf_size)
+    rotation_rows(F, C, P_CHART, S)
+    triple_rows(F, model, S)
+    rank = cut_by_lengths(F, W, model, C, states, S)
+    needed = open_lanes(W, states)
+    if not covers(W, splat(-1.0), needed) and model.slack:
+        mark(W, slack_excluded(F, W, model, needed, S), states, EMPTY)
+    needed = open_lanes(W, states)
+    if covers(W, splat(-1.0), needed):
+        return
+    wrench_rows(F, model, S)
+    if model.statics:
+        centre_columns(F, W, n)
+        if not mark(W, balance_free(F, W, n, rank, needed, S), states, EMPTY):
+            return
+    settled(F, W, model, roots, C, P_CHART, states, S)
+    if not covers(W, splat(-1.0), open_lanes(W, states)):
+        newton(F, W, model, C, rank, states, S)
+
+
+@njit(cache=True, nogil=True)
+def process(context: Any, C: LaneArray, count: int, verdicts: Any, children: Any) -> None:
+    """Exclude, contract, settle or split a batch of cells; see ``engine.batches``."""
+    model, roots, leaf_size, S, F, W, states = context
+    for lane in range(LANES):
+        states[lane] = OPEN if lane < count else EMPTY
+    classify(F, W, model, roots, C, states, S)
+    for lane in range(count):
+        if states[lane] == EMPTY:
+            verdicts[lane] = 0
+        elif states[lane] == SMALLER:
+            verdicts[lane] = copy_cell(C, lane, children)
+        else:
+            verdicts[lane] = bisect(W, model, C, lane, children, leaf_size)
 
 
 @njit(cache=True, nogil=True)
@@ -242,10 +260,11 @@ def run(
     roots: Any,
     leaf_size: float,
     S: Symbols,
-    F: Any,
-    W: Any,
-    lo: Any,
-    hi: Any,
+    F: Forms,
+    W: LaneArray,
+    C: LaneArray,
+    states: Any,
+    verdicts: Any,
     stack: Any,
     count: int,
     leaves: Any,
@@ -253,6 +272,6 @@ def run(
     children: Any,
     cell_limit: int,
 ) -> tuple[int, int, int]:
-    """Search cells in (u, x) depth first; see ``engine.depth_first``."""
-    context = (model, roots, leaf_size, S, F, W, lo, hi)
-    return depth_first(process, context, stack, count, leaves, kinds, children, cell_limit)
+    """Search cells in (u, x) depth first; see ``engine.batches``."""
+    context = (model, roots, leaf_size, S, F, W, states)
+    return batches(process, context, C, verdicts, stack, count, leaves, kinds, children, cell_limit)

@@ -7,12 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from cdpr_interval.kernels.second_order import ROTATION_ONLY, WHOLE_POSE, width
+from cdpr_interval.kernels.second_order import ROTATION_ONLY, WHOLE_POSE
 from solvers import platform_newton as newton
 from solvers import platform_pose as pose
 from solvers import platform_turn as turn
 from solvers.platform_model import HALF_TURNS, Model
-from solvers.platform_polynomials import FORM_ROWS, WORK_SHAPE
+from solvers.platform_scratch import enclose_pose_cell, enclose_turn_cell, form_arrays
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -117,9 +117,8 @@ class Prover:
     def __init__(self, model: Model, reduction: Reduction) -> None:
         self.model = model
         self.reduction = reduction
-        self.forms = np.zeros((FORM_ROWS, width(ROTATION_ONLY)))
-        self.wide_forms = np.zeros((FORM_ROWS, width(WHOLE_POSE)))
-        self.work = np.zeros(WORK_SHAPE)
+        self.turn_arrays = form_arrays(ROTATION_ONLY, turn.WIDTH)
+        self.pose_arrays = form_arrays(WHOLE_POSE, pose.P_WIDTH)
 
     def start(self, chart: int, u: Floats, p: Floats) -> Floats:
         """Complete a pose to z = (u, p, t) with least-squares t; fixed coordinates become exactly 0."""
@@ -139,7 +138,7 @@ class Prover:
         """Return p at the middle of a cell, in floats."""
         u = 0.5 * (cell[0:6:2] + cell[1:6:2])
         chart = int(cell[pose.P_CHART if in_position else turn.CHART])
-        order = self.model.orders[0 if in_position else int(cell[turn.ORDER])]
+        order = self.model.orders[0]
         centre = self.centres(chart, u)[order[0]]
         if in_position:
             return np.asarray(centre + 0.5 * (cell[6:12:2] + cell[7:12:2]))
@@ -265,14 +264,14 @@ class Prover:
         x = z[3:6] - self.centres(chart, z[:3])[pivot]
         cell[turn.CHART] = chart
         cell[turn.BRANCH] = np.sign(self.branches(chart, z[:3], model.orders[0])[1] @ x)
-        if turn.enclose_cell(self.forms, self.work, model, cell, ROTATION_ONLY, lo, hi):
+        if enclose_turn_cell(self.turn_arrays, model, cell, lo, hi):
             return np.column_stack([lo, hi])
         cell = self.cell_around(chart, box, reach, pose.P_WIDTH)
         for k in range(3):
             pad = 0.0 if k == 1 and model.planar else reach * model.size
             cell[6 + 2 * k], cell[7 + 2 * k] = x[k] - pad, x[k] + pad
         cell[pose.P_CHART] = chart
-        if pose.enclose_cell(self.wide_forms, self.work, model, cell, WHOLE_POSE, lo, hi):
+        if enclose_pose_cell(self.pose_arrays, model, cell, lo, hi):
             return np.column_stack([lo, hi])
         return None
 
@@ -295,8 +294,8 @@ class Prover:
         keep = np.ones(len(cells), dtype=bool)
         for k, cell in enumerate(cells):
             if in_position:
-                known = pose.enclose_cell(self.wide_forms, self.work, self.model, cell, WHOLE_POSE, lo, hi)
+                known = enclose_pose_cell(self.pose_arrays, self.model, cell, lo, hi)
             else:
-                known = turn.enclose_cell(self.forms, self.work, self.model, cell, ROTATION_ONLY, lo, hi)
+                known = enclose_turn_cell(self.turn_arrays, self.model, cell, lo, hi)
             keep[k] = not (known and any(r.holds(int(cell[column]), lo, hi) for r in roots))
         return cells[keep]

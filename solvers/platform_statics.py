@@ -8,23 +8,38 @@ centre; whatever they are, the forms y . w decide.
 from __future__ import annotations
 
 import math
-from typing import Any
 
-from numba import njit
+from numba import njit, types
 
-from cdpr_interval.kernels.dense import solve_in_place
-from cdpr_interval.kernels.rounding import down, inflate, up
+from cdpr_interval.kernels.dense import solve_definite
+from cdpr_interval.kernels.lanes import (
+    LANES,
+    LaneArray,
+    Lanes,
+    array3,
+    lanes,
+    load,
+    root,
+    splat,
+    store,
+    where_less,
+)
+from cdpr_interval.kernels.rounding import down_lanes, inflate_lanes, up_lanes
 from cdpr_interval.kernels.second_order import (
+    Forms,
     Symbols,
     add_scaled,
     bounds,
     combine6,
     largest,
     moving6,
+    signatures,
     widen,
 )
 from solvers.platform_elimination import reduce_row
 from solvers.platform_polynomials import EQUATION, LOAD, MOST_TAUT, SCRATCH, WRENCH
+
+INT = types.int64
 
 COLUMNS = 8
 """First of seven rows of W: wrenches at the centre, normalised (0..5), their norms (6), right sides (7)."""
@@ -51,81 +66,95 @@ def wrench_of(i: int, n: int) -> int:
     return LOAD if i == n else WRENCH + 6 * i
 
 
-@njit(cache=True, nogil=True)
-def centre_columns(F: Any, W: Any, n: int) -> bool:
-    """Write the normalised wrenches of the centre and right sides 1; False when one vanishes."""
+@njit(lanes(lanes, lanes), cache=True, nogil=True)
+def maximum(a: Lanes, b: Lanes) -> Lanes:
+    """Return the larger one; ``b`` where one is NaN."""
+    return where_less(b, a, a, b)
+
+
+@njit(types.boolean(array3, lanes, lanes), cache=True, nogil=True)
+def covers(W: LaneArray, flags: Lanes, needed: Lanes) -> bool:
+    """Return True when ``flags`` is positive in every lane where ``needed`` is."""
+    store(W, COLUMNS, RIGHT + 1, where_less(0.0, needed, flags, 1.0))
+    result = True
+    for lane in range(LANES):
+        result = result and W[COLUMNS, RIGHT + 1, lane] > 0.0
+    return result
+
+
+@njit(types.void(array3, array3, INT), cache=True, nogil=True)
+def centre_columns(F: Forms, W: LaneArray, n: int) -> None:
+    """Write the normalised wrenches of the centre, their norms, and right sides 1.
+
+    Where a wrench vanishes the columns are NaN, and nothing can be proved with them.
+    """
     for i in range(n + 1):
         row = wrench_of(i, n)
-        total = 0.0
+        total = splat(0.0)
         for k in range(6):
-            W[COLUMNS + i, k] = F[row + k, 0]
-            total += F[row + k, 0] ** 2
-        norm = math.sqrt(total)
-        if not 0.0 < norm < math.inf:
-            return False
-        W[COLUMNS + i, NORM] = norm
-        W[COLUMNS + i, RIGHT] = 1.0
+            x = load(F, row + k, 0)
+            total += x * x
+        norm = root(total)
+        store(W, COLUMNS + i, NORM, norm)
+        store(W, COLUMNS + i, RIGHT, 1.0)
         for k in range(6):
-            W[COLUMNS + i, k] /= norm
-    return True
+            store(W, COLUMNS + i, k, load(F, row + k, 0) / norm)
 
 
-@njit(cache=True, nogil=True)
-def invert_gram(W: Any, m: int, ridge: float) -> bool:
-    """Write the inverse of the Gram matrix of the first m columns to W[INVERSE..]."""
+@njit(types.void(array3, INT, types.float64), cache=True, nogil=True)
+def invert_gram(W: LaneArray, m: int, ridge: float) -> None:
+    """Write the inverse of the Gram matrix of the first m columns to W[INVERSE..]; NaN where it is singular."""
     for i in range(m):
         for j in range(m):
-            s = 0.0
+            s = splat(ridge if i == j else 0.0)
             for k in range(6):
-                s += W[COLUMNS + i, k] * W[COLUMNS + j, k]
-            W[i, j] = s
-            W[i, m + j] = 1.0 if i == j else 0.0
-        W[i, i] += ridge
-    if not solve_in_place(W, m, m):
-        return False
+                s += load(W, COLUMNS + i, k) * load(W, COLUMNS + j, k)
+            store(W, i, j, s)
+            store(W, i, m + j, 1.0 if i == j else 0.0)
+    solve_definite(W, m, m)
     for i in range(m):
         for j in range(m):
-            W[INVERSE + i, j] = W[i, m + j]
-    return True
+            store(W, INVERSE + i, j, load(W, i, m + j))
 
 
-@njit(cache=True, nogil=True)
-def choose_y(W: Any, m: int) -> None:
+@njit(types.void(array3, INT), cache=True, nogil=True)
+def choose_y(W: LaneArray, m: int) -> None:
     """Write the least-norm y with y . column_i = right side i, i < m."""
     for k in range(6):
-        W[Y, k] = 0.0
+        store(W, Y, k, 0.0)
     for i in range(m):
-        s = 0.0
+        s = splat(0.0)
         for j in range(m):
-            s += W[INVERSE + i, j] * W[COLUMNS + j, RIGHT]
+            s += load(W, INVERSE + i, j) * load(W, COLUMNS + j, RIGHT)
         for k in range(6):
-            W[Y, k] += s * W[COLUMNS + i, k]
+            store(W, Y, k, load(W, Y, k) + s * load(W, COLUMNS + i, k))
 
 
-@njit(cache=True, nogil=True)
-def choose_slopes(F: Any, W: Any, n: int, m: int, S: Symbols) -> None:
+@njit(signatures(types.void, array3, INT, INT), cache=True, nogil=True)
+def choose_slopes(F: Forms, W: LaneArray, n: int, m: int, S: Symbols) -> None:
     """Write slopes of y that cancel the slopes of y . w_i, i < m (i = n is the load)."""
     K = len(S)
     for symbol in range(K):
+        slope = Y + 1 + symbol
         for k in range(6):
-            W[Y + 1 + symbol, k] = 0.0
+            store(W, slope, k, 0.0)
         for i in range(m):
             row = wrench_of(i, n)
-            s = 0.0
+            s = splat(0.0)
             for k in range(6):
-                s -= W[Y, k] * F[row + k, 1 + symbol]
-            W[0, i] = s / W[COLUMNS + i, NORM]
+                s -= load(W, Y, k) * load(F, row + k, 1 + symbol)
+            store(W, 0, i, s / load(W, COLUMNS + i, NORM))
         for i in range(m):
-            s = 0.0
+            s = splat(0.0)
             for j in range(m):
-                s += W[INVERSE + i, j] * W[0, j]
+                s += load(W, INVERSE + i, j) * load(W, 0, j)
             for k in range(6):
-                W[Y + 1 + symbol, k] += s * W[COLUMNS + i, k]
+                store(W, slope, k, load(W, slope, k) + s * load(W, COLUMNS + i, k))
 
 
-@njit(cache=True, nogil=True)
-def weigh(F: Any, W: Any, row: int, moving: bool, rank: int, S: Symbols) -> tuple[float, float]:
-    """Bound y . w at all solutions in the cell; leaves the form in SCRATCH."""
+@njit(signatures(types.UniTuple(lanes, 2), array3, INT, types.boolean, INT), cache=True, nogil=True)
+def weigh(F: Forms, W: LaneArray, row: int, moving: bool, rank: int, S: Symbols) -> tuple[Lanes, Lanes]:
+    """Bound y . w at all solutions in the cells; leaves the form in SCRATCH."""
     if moving:
         moving6(F, SCRATCH, row, W, Y, S)
     else:
@@ -134,252 +163,243 @@ def weigh(F: Any, W: Any, row: int, moving: bool, rank: int, S: Symbols) -> tupl
     return bounds(F, SCRATCH, S)
 
 
-@njit(cache=True, nogil=True)
-def all_positive(F: Any, W: Any, n: int, m: int, moving: bool, rank: int, S: Symbols) -> bool:
-    """Return True when y . w_i > 0 is proved for i < m (i = n is the load).
+@njit(signatures(lanes, array3, INT, INT, types.boolean, INT), cache=True, nogil=True)
+def all_positive(F: Forms, W: LaneArray, n: int, m: int, moving: bool, rank: int, S: Symbols) -> Lanes:
+    """Return 1 where y . w_i > 0 is proved for all i < m (i = n is the load), else 0.
 
     Leaves lower bounds in W[MOST_TENSION] and the forms' radii, normalised, as the next right sides.
     """
-    positive = True
-    most = 0.0
+    positive = splat(1.0)
+    most = splat(0.0)
     for i in range(m):
         lo, _ = weigh(F, W, wrench_of(i, n), moving, rank, S)
-        positive = positive and lo > 0.0
-        W[MOST_TENSION, i] = lo
-        radius = max(F[SCRATCH, 0] - lo, 0.0) / W[COLUMNS + i, NORM]
-        W[COLUMNS + i, RIGHT] = radius
-        most = max(most, radius)
+        positive = where_less(0.0, lo, positive, 0.0)
+        store(W, MOST_TENSION, i, lo)
+        radius = maximum(load(F, SCRATCH, 0) - lo, splat(0.0)) / load(W, COLUMNS + i, NORM)
+        store(W, COLUMNS + i, RIGHT, radius)
+        most = maximum(radius, most)
     for i in range(m):
-        W[COLUMNS + i, RIGHT] += FLOOR * most + 1e-300
+        store(W, COLUMNS + i, RIGHT, load(W, COLUMNS + i, RIGHT) + (FLOOR * most + 1e-300))
     return positive
 
 
-@njit(cache=True, nogil=True)
-def balance_free(F: Any, W: Any, n: int, rank: int, S: Symbols) -> bool:
-    """Return True when y proves that the cell holds no equilibrium. Needs ``centre_columns``.
-
-    Guarantee (Gordan): y . w_i > 0 for every taut cable and y . w_0 > 0 at every point of the cell that
-    satisfies the equations, so sum t_i w_i + w_0 = 0 has no solution with t >= 0 there. y may vary over the
-    cell. It is tried constant first, then with slopes that make the forms' slopes vanish; right sides are
-    proportional to the forms' radii of the try before.
-    """
-    if n == MOST_TAUT:
-        return balance_free_of_six(F, W, rank, S)
-    if not invert_gram(W, n + 1, RIDGE):
-        return False
-    choose_y(W, n + 1)
-    if all_positive(F, W, n, n + 1, False, rank, S):
-        return True
-    for _ in range(2):
-        choose_y(W, n + 1)
-        choose_slopes(F, W, n, n + 1, S)
-        if all_positive(F, W, n, n + 1, True, rank, S):
-            return True
-    return False
+@njit(types.void(array3, INT, types.boolean), cache=True, nogil=True)
+def centre_tensions(W: LaneArray, n: int, true_scale: bool) -> None:
+    """Write the tensions t of least error at the centre to W[SOME_TENSION]; of the normalised wrenches first."""
+    for i in range(n):
+        s = splat(0.0)
+        for j in range(n):
+            d = splat(0.0)
+            for k in range(6):
+                d += load(W, COLUMNS + j, k) * load(W, COLUMNS + n, k)
+            s -= load(W, INVERSE + i, j) * d
+        if true_scale:
+            s = s * (load(W, COLUMNS + n, NORM) / load(W, COLUMNS + i, NORM))
+        store(W, SOME_TENSION, i, s)
 
 
-@njit(cache=True, nogil=True)
-def balance_free_of_six(F: Any, W: Any, rank: int, S: Symbols) -> bool:
+@njit(signatures(lanes, array3, INT, lanes), cache=True, nogil=True)
+def balance_free_of_six(F: Forms, W: LaneArray, rank: int, needed: Lanes, S: Symbols) -> Lanes:
     """Six cables: seven forms in six unknowns; right sides r > 0 must satisfy lambda . r = 0.
 
     lambda is the kernel of the seven wrenches. Where its entries have one sign the centre has an
     equilibrium with positive tensions and no y exists.
     """
     n = MOST_TAUT
-    for k in range(6):
-        for i in range(n):
-            W[k, i] = W[COLUMNS + i, k]
-        W[k, n] = -W[COLUMNS + n, k]
-    if not solve_in_place(W, 6, 1):
-        return False
-    for i in range(n):
-        W[SOME_TENSION, i] = W[i, n]
-    if not invert_gram(W, 6, 0.0):
-        return False
+    invert_gram(W, n, 0.0)
+    centre_tensions(W, n, False)
+    free = splat(0.0)
     for _ in range(2):
-        positive = W[COLUMNS + n, RIGHT]
-        negative = 0.0
+        positive = load(W, COLUMNS + n, RIGHT)
+        negative = splat(0.0)
         for i in range(n):
-            x = W[SOME_TENSION, i] * W[COLUMNS + i, RIGHT]
-            if x > 0.0:
-                positive += x
-            else:
-                negative -= x
-        if not negative > 0.0:
-            return False
+            x = load(W, SOME_TENSION, i) * load(W, COLUMNS + i, RIGHT)
+            positive += where_less(0.0, x, x, 0.0)
+            negative -= where_less(x, 0.0, x, 0.0)
         for i in range(n):
-            if W[SOME_TENSION, i] > 0.0:
-                W[COLUMNS + i, RIGHT] *= negative / positive
-        choose_y(W, 6)
-        if all_positive(F, W, n, n + 1, False, rank, S):
-            return True
-    return False
+            right = load(W, COLUMNS + i, RIGHT)
+            balanced = where_less(0.0, load(W, SOME_TENSION, i), right * (negative / positive), right)
+            store(W, COLUMNS + i, RIGHT, balanced)
+        choose_y(W, n)
+        free = maximum(all_positive(F, W, n, n + 1, False, rank, S), free)
+        if covers(W, free, needed):
+            break
+    return free
 
 
-@njit(cache=True, nogil=True)
-def limit_tensions(F: Any, W: Any, n: int, rank: int, S: Symbols) -> bool:
-    """Bound the tensions of every equilibrium in the cell from above. Needs ``centre_columns``.
+@njit(signatures(lanes, array3, INT, INT, lanes), cache=True, nogil=True)
+def balance_free(F: Forms, W: LaneArray, n: int, rank: int, needed: Lanes, S: Symbols) -> Lanes:
+    """Return 1 where y proves that the cell holds no equilibrium, else 0. Needs ``centre_columns``.
 
-    Guarantee: where True is returned, every t >= 0 with sum t_i w_i + w_0 = 0 at a solution in the cell has
+    Guarantee (Gordan): y . w_i > 0 for every taut cable and y . w_0 > 0 at every point of the cell that
+    satisfies the equations, so sum t_i w_i + w_0 = 0 has no solution with t >= 0 there. y may vary over the
+    cell. It is tried constant first, then with slopes that make the forms' slopes vanish; right sides are
+    proportional to the forms' radii of the try before. Only lanes with ``needed`` > 0 matter.
+    """
+    if n == MOST_TAUT:
+        return balance_free_of_six(F, W, rank, needed, S)
+    invert_gram(W, n + 1, RIDGE)
+    choose_y(W, n + 1)
+    free = all_positive(F, W, n, n + 1, False, rank, S)
+    for _ in range(2):
+        if covers(W, free, needed):
+            break
+        choose_y(W, n + 1)
+        choose_slopes(F, W, n, n + 1, S)
+        free = maximum(all_positive(F, W, n, n + 1, True, rank, S), free)
+    return free
+
+
+@njit(signatures(lanes, array3, INT, INT), cache=True, nogil=True)
+def limit_tensions(F: Forms, W: LaneArray, n: int, rank: int, S: Symbols) -> Lanes:
+    """Bound the tensions of every equilibrium in the cells from above. Needs ``centre_columns``.
+
+    Guarantee: where 1 is returned, every t >= 0 with sum t_i w_i + w_0 = 0 at a solution in the cell has
     t_i <= W[MOST_TENSION, i]: from y . w_i >= b_i > 0 and y . w_0 >= -c follows t_i b_i <= c.
     W[SOME_TENSION] gets approximate tensions at the centre.
     """
     for i in range(n):
-        W[COLUMNS + i, RIGHT] = 1.0
-    if not invert_gram(W, n, 0.0):
-        return False
-    for _ in range(2):
+        store(W, COLUMNS + i, RIGHT, 1.0)
+    invert_gram(W, n, 0.0)
+    choose_y(W, n)
+    limited = all_positive(F, W, n, n, False, rank, S)
+    if not covers(W, limited, splat(1.0)):
+        # Lanes that have their y keep it.
+        for k in range(6):
+            store(W, BASIS, k, load(W, Y, k))
         choose_y(W, n)
-        if all_positive(F, W, n, n, False, rank, S):
-            break
-    else:
-        return False
+        for k in range(6):
+            store(W, Y, k, where_less(0.0, limited, load(W, BASIS, k), load(W, Y, k)))
+        limited = all_positive(F, W, n, n, False, rank, S)
     lo, _ = weigh(F, W, LOAD, False, rank, S)
+    centre_tensions(W, n, True)
     for i in range(n):
-        W[MOST_TENSION, i] = up(max(-lo, 0.0) / W[MOST_TENSION, i])
-        if not W[MOST_TENSION, i] < math.inf:
-            return False
-        s = 0.0
-        for j in range(n):
-            d = 0.0
-            for k in range(6):
-                d += W[COLUMNS + j, k] * F[LOAD + k, 0]
-            s -= W[INVERSE + i, j] * d
-        W[SOME_TENSION, i] = min(max(s / W[COLUMNS + i, NORM], 0.0), W[MOST_TENSION, i])
-    return True
+        most = up_lanes(maximum(-lo, splat(0.0)) / load(W, MOST_TENSION, i))
+        limited = where_less(most, math.inf, limited, 0.0)
+        store(W, MOST_TENSION, i, most)
+        some = maximum(load(W, SOME_TENSION, i), splat(0.0))
+        store(W, SOME_TENSION, i, where_less(some, most, some, most))
+    return limited
 
 
-@njit(cache=True, nogil=True)
-def complete_basis(W: Any, n: int) -> int:
-    """Write an orthonormal basis of R^6 that starts with the columns' span; return its first free offset.
-
-    Gram-Schmidt on the columns, then on the unit vectors, largest remainder first; 0 on failure.
-    """
-    count = 0
-    for i in range(n):
-        for k in range(6):
-            W[BASIS + count, k] = W[COLUMNS + i, k]
-        if orthogonalise(W, count):
-            count += 1
-    if count < n:
-        return 0
-    while count < 6:
-        best, chosen = -1.0, 0
-        for k in range(6):
-            left = 1.0
-            for j in range(count):
-                left -= W[BASIS + j, k] ** 2
-            if left > best:
-                best, chosen = left, k
-        for k in range(6):
-            W[BASIS + count, k] = 1.0 if k == chosen else 0.0
-        if not orthogonalise(W, count):
-            return 0
-        count += 1
-    return n
-
-
-@njit(cache=True, nogil=True)
-def orthogonalise(W: Any, count: int) -> bool:
-    """Make row BASIS + count (of norm 1) orthonormal to the rows before it; False when nothing is left."""
+@njit(lanes(array3, INT), cache=True, nogil=True)
+def orthogonalise(W: LaneArray, count: int) -> Lanes:
+    """Make row BASIS + count (of norm 1) orthonormal to the rows before it; 0 where nothing is left."""
     row = BASIS + count
     for _ in range(2):
         for j in range(count):
-            s = 0.0
+            s = splat(0.0)
             for k in range(6):
-                s += W[row, k] * W[BASIS + j, k]
+                s += load(W, row, k) * load(W, BASIS + j, k)
             for k in range(6):
-                W[row, k] -= s * W[BASIS + j, k]
-    left = 0.0
+                store(W, row, k, load(W, row, k) - s * load(W, BASIS + j, k))
+    left = splat(0.0)
     for k in range(6):
-        left += W[row, k] ** 2
-    if not left > 1e-20:
-        return False
-    norm = math.sqrt(left)
+        left += load(W, row, k) * load(W, row, k)
+    norm = root(left)
     for k in range(6):
-        W[row, k] /= norm
-    return True
+        store(W, row, k, load(W, row, k) / norm)
+    return where_less(1e-20, left, 1.0, 0.0)
 
 
-@njit(cache=True, nogil=True)
-def statics_equations(F: Any, W: Any, n: int, first: int, rank: int, S: Symbols) -> int:
-    """Write the 6 - n equations of statics that are free of tensions to first order; return how many.
+@njit(lanes(array3, INT), cache=True, nogil=True)
+def complete_basis(W: LaneArray, n: int) -> Lanes:
+    """Write an orthonormal basis of R^6 that starts with the columns' span; return 1 where that succeeds.
+
+    Gram-Schmidt on the columns, then on the unit vectors, largest remainder first.
+    """
+    good = splat(1.0)
+    for i in range(n):
+        for k in range(6):
+            store(W, BASIS + i, k, load(W, COLUMNS + i, k))
+        good = good * orthogonalise(W, i)
+    for count in range(n, 6):
+        best, chosen = splat(-1.0), splat(0.0)
+        for k in range(6):
+            left = splat(1.0)
+            for j in range(count):
+                left -= load(W, BASIS + j, k) * load(W, BASIS + j, k)
+            chosen = where_less(best, left, float(k), chosen)
+            best = where_less(best, left, left, best)
+        for k in range(6):
+            store(W, BASIS + count, k, where_less(abs(chosen - float(k)), 0.5, 1.0, 0.0))
+        good = good * orthogonalise(W, count)
+    return good
+
+
+@njit(signatures(lanes, array3, INT, INT, INT), cache=True, nogil=True)
+def statics_equations(F: Forms, W: LaneArray, n: int, first: int, rank: int, S: Symbols) -> Lanes:
+    """Write the 6 - n equations of statics that are free of tensions to first order; return 1 where they hold.
 
     For y across the wrenches at the centre, with slopes that keep it so, y . w_0 + sum t_i y . w_i = 0
     at every equilibrium; y . w_i has no linear part, t_i lies in [0, MOST_TENSION]. Needs ``limit_tensions``.
     """
-    start = complete_basis(W, n)
-    if start == 0:
-        return 0
+    good = complete_basis(W, n)
     for j in range(6 - n):
         out = EQUATION + first + j
         for k in range(6):
-            W[Y, k] = W[BASIS + start + j, k]
+            store(W, Y, k, load(W, BASIS + n + j, k))
         choose_slopes(F, W, n, n, S)
         moving6(F, out, LOAD, W, Y, S)
-        error = 0.0
+        error = splat(0.0)
         for i in range(n):
             lo, hi = weigh(F, W, wrench_of(i, n), True, rank, S)
-            t = W[SOME_TENSION, i]
-            spread = up(max(t, W[MOST_TENSION, i] - t))
+            t = load(W, SOME_TENSION, i)
+            spread = up_lanes(maximum(t, load(W, MOST_TENSION, i) - t))
             add_scaled(F, out, SCRATCH, t, S)
-            error += spread * max(-lo, hi)
-        widen(F, out, inflate(error, 0.0, 20.0), S)
+            error += spread * maximum(-lo, hi)
+        widen(F, out, inflate_lanes(error, splat(0.0), 20.0), S)
         reduce_row(F, out, W, rank, S)
-    return 6 - n
+    return good
 
 
-@njit(cache=True, nogil=True)
-def tension_bounds(F: Any, W: Any, n: int, S: Symbols, lo: Any, hi: Any) -> bool:
-    """Enclose every t with sum t_i w_i + w_0 = 0 at some point of the cell (t_i = tension / l_i).
+@njit(signatures(lanes, array3, INT, INT), cache=True, nogil=True)
+def tension_bounds(F: Forms, W: LaneArray, n: int, out: int, S: Symbols) -> Lanes:
+    """Enclose every t with sum t_i w_i + w_0 = 0 at some point of the cells (t_i = tension / l_i).
+
+    Writes lower bounds to W[out], upper bounds to W[out + 1]; returns 1 where they hold.
 
     Verified least squares: with C an approximate left inverse of the wrench matrix at the centre and t~
     the approximate solution, any such t satisfies t - t~ = -C (w_0 + W t~) + (I - C W)(t - t~), so
-    max|t - t~| <= max|C (w_0 + W t~)| / (1 - |I - C W|). False when |I - C W| < 1 cannot be proved: the
+    max|t - t~| <= max|C (w_0 + W t~)| / (1 - |I - C W|). 0 where |I - C W| < 1 cannot be proved: the
     tensions may then be unbounded or not unique.
     """
-    if not (centre_columns(F, W, n) and invert_gram(W, n, 0.0)):
-        return False
+    centre_columns(F, W, n)
+    invert_gram(W, n, 0.0)
+    centre_tensions(W, n, True)
     for i in range(n):
-        s = 0.0
         for k in range(6):
-            left = 0.0
+            left = splat(0.0)
             for j in range(n):
-                left += W[INVERSE + i, j] * W[COLUMNS + j, k]
-            W[BASIS + i, k] = left / W[COLUMNS + i, NORM]
-            s -= W[BASIS + i, k] * F[LOAD + k, 0]
-        W[SOME_TENSION, i] = s
-    worst = 0.0
-    most = 0.0
-    out = SCRATCH + 1
+                left += load(W, INVERSE + i, j) * load(W, COLUMNS + j, k)
+            store(W, BASIS + i, k, left / load(W, COLUMNS + i, NORM))
+    bounded = splat(1.0)
+    worst = splat(0.0)
+    most = splat(0.0)
+    row = SCRATCH + 1
     for i in range(n):
-        combine6(F, out, LOAD, W, BASIS + i, S)
-        total = 0.0
+        combine6(F, row, LOAD, W, BASIS + i, S)
+        total = splat(0.0)
         for j in range(n):
             combine6(F, SCRATCH, WRENCH + 6 * j, W, BASIS + i, S)
-            add_scaled(F, out, SCRATCH, W[SOME_TENSION, j], S)
+            add_scaled(F, row, SCRATCH, load(W, SOME_TENSION, j), S)
             if i == j:
-                F[SCRATCH, 0] -= 1.0
-                widen(F, SCRATCH, 1e-15, S)
+                store(F, SCRATCH, 0, load(F, SCRATCH, 0) - 1.0)
+                widen(F, SCRATCH, splat(1e-15), S)
             total += largest(F, SCRATCH, S)
-        W[Y, i] = up(total * (1.0 + 1e-14))
-        W[Y + 1, i] = largest(F, out, S)
-        # Row by row, so that NaN (an overflow) cannot hide behind max.
-        if not (W[Y, i] < 0.95 and W[Y + 1, i] < math.inf):
-            return False
-        worst = max(worst, W[Y, i])
-        most = max(most, W[Y + 1, i])
-    gain = up(most / down(1.0 - worst))
+        share = up_lanes(total * (1.0 + 1e-14))
+        rest = largest(F, row, S)
+        store(W, Y, i, share)
+        store(W, Y + 1, i, rest)
+        # Row by row, so that NaN (an overflow) cannot hide behind a maximum.
+        bounded = where_less(share, 0.95, bounded, 0.0)
+        bounded = where_less(rest, math.inf, bounded, 0.0)
+        worst = maximum(share, worst)
+        most = maximum(rest, most)
+    gain = up_lanes(most / down_lanes(1.0 - worst))
     for i in range(n):
-        error = up(W[Y + 1, i] + up(W[Y, i] * gain))
-        lo[i] = down(W[SOME_TENSION, i] - error)
-        hi[i] = up(W[SOME_TENSION, i] + error)
-    return True
-
-
-@njit(cache=True, nogil=True)
-def no_tensions(lo: Any, hi: Any) -> None:
-    """Six lengths alone fix the pose: t is not an unknown then and stands as 0 in the roots."""
-    for i in range(lo.shape[0]):
-        lo[i] = 0.0
-        hi[i] = 0.0
+        error = up_lanes(load(W, Y + 1, i) + up_lanes(load(W, Y, i) * gain))
+        t = load(W, SOME_TENSION, i)
+        store(W, out, i, down_lanes(t - error))
+        store(W, out + 1, i, up_lanes(t + error))
+    return bounded

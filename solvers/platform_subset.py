@@ -14,12 +14,13 @@ from numpy.typing import NDArray
 
 from cdpr_interval.engine.budget import Budget, Stop
 from cdpr_interval.engine.search import Report, Run, search
-from cdpr_interval.kernels.second_order import ROTATION_ONLY, WHOLE_POSE, width
+from cdpr_interval.kernels.lanes import LANES
+from cdpr_interval.kernels.second_order import ROTATION_ONLY, WHOLE_POSE
 from solvers import platform_pose as pose
 from solvers import platform_turn as turn
 from solvers.platform_model import Model
-from solvers.platform_polynomials import FORM_ROWS, WORK_SHAPE
 from solvers.platform_roots import Prover, Reduction, Root
+from solvers.platform_scratch import form_arrays
 
 Floats = NDArray[np.float64]
 
@@ -167,9 +168,7 @@ def same_root(a: Root, b: Root) -> bool:
 def start_cells(reduction: Reduction) -> Floats:
     """Return one cell for every chart: u in [-1, 1]^3, both branches."""
     used = [chart for chart in range(4) if reduction.frozen[chart] is not None]
-    return np.array(
-        [[*u_range(reduction.frozen[chart] or ()), chart, 0, 0, 1.0 / len(used)] for chart in used]
-    )
+    return np.array([[*u_range(reduction.frozen[chart] or ()), chart, 0, 1.0 / len(used)] for chart in used])
 
 
 def u_range(frozen: tuple[int, ...]) -> list[float]:
@@ -207,16 +206,14 @@ def root_rows(model: Model, roots: list[Root]) -> Floats:
 
 def turn_run(model: Model, roots: list[Root], leaf_size: float) -> Run:
     """Bind the compiled search in u to its data and one thread's scratch."""
-    S = ROTATION_ONLY
     rows = root_rows(model, roots)
-    forms, work, (lo, hi) = (
-        np.zeros((FORM_ROWS, width(S))),
-        np.zeros(WORK_SHAPE),
-        np.zeros((2, 6 + model.n_taut)),
-    )
+    scratch = form_arrays(ROTATION_ONLY, turn.WIDTH)
+    states, verdicts = np.zeros((2, LANES), dtype=np.int64)
 
     def run(*stack: object) -> tuple[int, int, int]:
-        done: tuple[int, int, int] = turn.run(model, rows, leaf_size, S, forms, work, lo, hi, *stack)
+        done: tuple[int, int, int] = turn.run(
+            model, rows, leaf_size, ROTATION_ONLY, *scratch, states, verdicts, *stack
+        )
         return done
 
     return run
@@ -224,16 +221,14 @@ def turn_run(model: Model, roots: list[Root], leaf_size: float) -> Run:
 
 def pose_run(model: Model, roots: list[Root], leaf_size: float) -> Run:
     """Bind the compiled search in (u, x) to its data and one thread's scratch."""
-    S = WHOLE_POSE
     rows = root_rows(model, roots)
-    forms, work, (lo, hi) = (
-        np.zeros((FORM_ROWS, width(S))),
-        np.zeros(WORK_SHAPE),
-        np.zeros((2, 6 + model.n_taut)),
-    )
+    scratch = form_arrays(WHOLE_POSE, pose.P_WIDTH)
+    states, verdicts = np.zeros((2, LANES), dtype=np.int64)
 
     def run(*stack: object) -> tuple[int, int, int]:
-        done: tuple[int, int, int] = pose.run(model, rows, leaf_size, S, forms, work, lo, hi, *stack)
+        done: tuple[int, int, int] = pose.run(
+            model, rows, leaf_size, WHOLE_POSE, *scratch, states, verdicts, *stack
+        )
         return done
 
     return run

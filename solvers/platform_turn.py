@@ -6,7 +6,8 @@ function; ``position_rows`` encloses it by a second-order form. Where the branch
 centres come close to one line, or where the position turns too fast, the cell is handed on to the
 search in (u, x) of ``platform_pose``, which needs no branch.
 
-A cell is a row ``u (3 x lo, hi), chart, branch, order, share``; branch 0 stands for both.
+A cell is a row ``u (3 x lo, hi), chart, branch, share``; branch 0 stands for both. Kernels look at LANES
+cells at once: ``C`` (1, width, LANES).
 """
 
 from __future__ import annotations
@@ -14,26 +15,39 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from numba import njit
+from numba import njit, types
 
-from cdpr_interval.engine.depth_first import depth_first
-from cdpr_interval.kernels.dense import solve_in_place
-from cdpr_interval.kernels.rounding import down, inflate, up
+from cdpr_interval.engine.batches import batches
+from cdpr_interval.kernels.lanes import (
+    LANES,
+    LaneArray,
+    Lanes,
+    array3,
+    lanes,
+    load,
+    root,
+    splat,
+    store,
+    where_less,
+)
+from cdpr_interval.kernels.rounding import down_lanes, inflate_lanes, up_lanes
 from cdpr_interval.kernels.second_order import (
+    Forms,
     Symbols,
     add_product,
-    add_scaled,
     bounds,
     close,
+    combine2,
     combine3,
     constant,
     cross3,
     dot3,
     largest,
     scale,
+    signatures,
     widen,
 )
-from solvers.platform_elimination import EMPTY, SMALLER, contract, solve_for_pivots
+from solvers.platform_elimination import EMPTY, SMALLER, STUCK, VERDICTS, contract, solve_for_pivots
 from solvers.platform_polynomials import (
     BLOCK,
     CABLE,
@@ -60,14 +74,15 @@ from solvers.platform_polynomials import (
 from solvers.platform_statics import (
     balance_free,
     centre_columns,
+    covers,
     limit_tensions,
-    no_tensions,
+    maximum,
     statics_equations,
     tension_bounds,
 )
 
-CHART, BRANCH, ORDER, SHARE = 6, 7, 8, 9
-WIDTH = 10
+CHART, BRANCH, SHARE = 6, 7, 8
+WIDTH = 9
 SMALL = 1
 """Leaf kind: the cell is smaller than the leaf size."""
 FOLDED = 2
@@ -82,46 +97,108 @@ SPOT = 6
 """Row of W with x at the centre (0..2), the unit normal of the centres' plane (3..5)."""
 ERROR_SYMBOL = 3
 """The symbol that carries the error of x along the normal."""
+BOUNDS = 49
+"""Two rows of W with bounds: of p (places 0..2), then of t in the cell's order (from 0)."""
+TENSIONS = 51
+"""Two rows of W with bounds of t."""
+FLAGS = 53
+"""Row of W whose last places pass what was proved lane by lane."""
+
+OPEN = STUCK
+"""State of a lane about which nothing is known yet; the others are EMPTY and SMALLER (contracted, its own child)."""
+UNSMOOTH = 3
+"""State of a lane whose position is not a smooth function over the cell."""
+BOTH = 4
+"""State of a lane that stands for two branches."""
+WIDE = 5
+"""State of a lane too wide to be contracted."""
+
+INT = types.int64
 
 
-@njit(cache=True, nogil=True)
-def centre_position(F: Any, W: Any, model: Any, order: int) -> float:
-    """Write the foot of x at the cell's centre and the unit normal to W[SPOT]; return the height's square.
+@njit(lanes(array3, array3, INT, lanes), cache=True, nogil=True)
+def centre_position(F: Forms, W: LaneArray, third: int, length_sq: Lanes) -> Lanes:
+    """Write the foot of x at the cells' centres and the unit normal to W[SPOT]; return the height's square.
 
     NaN or infinite where the centres lie on one line.
     """
-    third = third_block(model)
-    a0, a1, a2 = F[SECOND + CENTRE, 0], F[SECOND + CENTRE + 1, 0], F[SECOND + CENTRE + 2, 0]
-    b0, b1, b2 = F[third + CENTRE, 0], F[third + CENTRE + 1, 0], F[third + CENTRE + 2, 0]
+    a0, a1, a2 = load(F, SECOND + CENTRE, 0), load(F, SECOND + CENTRE + 1, 0), load(F, SECOND + CENTRE + 2, 0)
+    b0, b1, b2 = load(F, third + CENTRE, 0), load(F, third + CENTRE + 1, 0), load(F, third + CENTRE + 2, 0)
     m0, m1, m2 = a1 * b2 - a2 * b1, a2 * b0 - a0 * b2, a0 * b1 - a1 * b0
     mm = m0 * m0 + m1 * m1 + m2 * m2
-    if not mm > 0.0:
-        return math.nan
-    k2, k3 = F[SECOND + OFFSET, 0] / mm, F[third + OFFSET, 0] / mm
+    k2, k3 = load(F, SECOND + OFFSET, 0) / mm, load(F, third + OFFSET, 0) / mm
     # x = (K_2 (d_3 x m) + K_3 (m x d_2)) / |m|^2
-    W[SPOT, 0] = k2 * (b1 * m2 - b2 * m1) + k3 * (m1 * a2 - m2 * a1)
-    W[SPOT, 1] = k2 * (b2 * m0 - b0 * m2) + k3 * (m2 * a0 - m0 * a2)
-    W[SPOT, 2] = k2 * (b0 * m1 - b1 * m0) + k3 * (m0 * a1 - m1 * a0)
-    norm = math.sqrt(mm)
-    W[SPOT, 3], W[SPOT, 4], W[SPOT, 5] = m0 / norm, m1 / norm, m2 / norm
-    foot = W[SPOT, 0] ** 2 + W[SPOT, 1] ** 2 + W[SPOT, 2] ** 2
-    return float(model.lengths_sq[model.orders[order, 0]] - foot)
+    x0 = k2 * (b1 * m2 - b2 * m1) + k3 * (m1 * a2 - m2 * a1)
+    x1 = k2 * (b2 * m0 - b0 * m2) + k3 * (m2 * a0 - m0 * a2)
+    x2 = k2 * (b0 * m1 - b1 * m0) + k3 * (m0 * a1 - m1 * a0)
+    norm = root(mm)
+    store(W, SPOT, 0, x0)
+    store(W, SPOT, 1, x1)
+    store(W, SPOT, 2, x2)
+    store(W, SPOT, 3, m0 / norm)
+    store(W, SPOT, 4, m1 / norm)
+    store(W, SPOT, 5, m2 / norm)
+    return length_sq - (x0 * x0 + x1 * x1 + x2 * x2)
 
 
-@njit(cache=True, nogil=True)
-def approximate_position(F: Any, W: Any, third: int, S: Symbols) -> bool:
-    """Write x~ to POSITION: the second-order Taylor polynomial of the branch through W[SPOT]; no error."""
+@njit(types.void(array3, array3, INT), cache=True, nogil=True)
+def invert_triple(F: Forms, W: LaneArray, third: int) -> None:
+    """Write the inverse of the matrix with rows d_2, d_3, x (of the centre) to W[0..2], places 3..5."""
+    for k in range(3):
+        store(W, 0, k, load(F, SECOND + CENTRE + k, 0))
+        store(W, 1, k, load(F, third + CENTRE + k, 0))
+        store(W, 2, k, load(W, SPOT, k))
+    determinant = splat(0.0)
+    for column in range(3):
+        # The inverse's columns are the cross products of the other two rows over the determinant.
+        a, b = (column + 1) % 3, (column + 2) % 3
+        for k in range(3):
+            i, j = (k + 1) % 3, (k + 2) % 3
+            entry = load(W, a, i) * load(W, b, j) - load(W, a, j) * load(W, b, i)
+            store(W, k, 3 + column, entry)
+            if column == 0:
+                determinant += load(W, 0, k) * entry
+    inverse = 1.0 / determinant
+    for k in range(3):
+        for column in range(3):
+            store(W, k, 3 + column, inverse * load(W, k, 3 + column))
+
+
+@njit(types.void(array3, array3, INT, INT, INT, INT), cache=True, nogil=True)
+def taylor_term(F: Forms, W: LaneArray, third: int, column: int, a: int, b: int) -> None:
+    """Solve for x~ in ``column``; a, b are the columns of its two symbols, -1 for a linear term."""
+    r0 = load(F, SECOND + OFFSET, column)
+    r1 = load(F, third + OFFSET, column)
+    r2 = splat(0.0)
+    for k in range(3):
+        x = POSITION + k
+        d, e = SECOND + CENTRE + k, third + CENTRE + k
+        r0 -= load(F, d, column) * load(F, x, 0)
+        r1 -= load(F, e, column) * load(F, x, 0)
+        if a >= 0:
+            r0 -= load(F, d, a) * load(F, x, b)
+            r1 -= load(F, e, a) * load(F, x, b)
+            if a != b:
+                r0 -= load(F, d, b) * load(F, x, a)
+                r1 -= load(F, e, b) * load(F, x, a)
+                r2 -= load(F, x, a) * load(F, x, b)
+            else:
+                r2 -= 0.5 * load(F, x, a) * load(F, x, a)
+    for k in range(3):
+        store(F, POSITION + k, column, load(W, k, 3) * r0 + load(W, k, 4) * r1 + load(W, k, 5) * r2)
+
+
+@njit(signatures(types.void, array3, INT), cache=True, nogil=True)
+def approximate_position(F: Forms, W: LaneArray, third: int, S: Symbols) -> None:
+    """Write x~ to POSITION: the second-order Taylor polynomial of the branch through W[SPOT]; no error.
+
+    Its coefficients are not finite where the branch has none.
+    """
     K = len(S)
     Q = 1 + K + K * (K + 1) // 2
+    invert_triple(F, W, third)
     for k in range(3):
-        W[0, k] = F[SECOND + CENTRE + k, 0]
-        W[1, k] = F[third + CENTRE + k, 0]
-        W[2, k] = W[SPOT, k]
-        for i in range(3):
-            W[i, 3 + k] = 1.0 if i == k else 0.0
-        constant(F, POSITION + k, W[SPOT, k], 0.0, S)
-    if not solve_in_place(W, 3, 3):
-        return False
+        constant(F, POSITION + k, load(W, SPOT, k), splat(0.0), S)
     q = 1 + 2 * K
     for a in range(U_SYMBOLS):
         taylor_term(F, W, third, 1 + a, -1, -1)
@@ -133,47 +210,36 @@ def approximate_position(F: Any, W: Any, third: int, S: Symbols) -> bool:
                 taylor_term(F, W, third, q, 1 + a, 1 + b)
             q += 1
     for k in range(3):
-        F[POSITION + k, Q] = 0.0
+        store(F, POSITION + k, Q, 0.0)
         close(F, POSITION + k, S)
-    return True
 
 
-@njit(cache=True, nogil=True)
-def taylor_term(F: Any, W: Any, third: int, column: int, a: int, b: int) -> None:
-    """Solve for x~ in ``column``; a, b are the columns of its two symbols, -1 for a linear term."""
-    r0 = F[SECOND + OFFSET, column]
-    r1 = F[third + OFFSET, column]
-    r2 = 0.0
-    for k in range(3):
-        x = POSITION + k
-        d, e = SECOND + CENTRE + k, third + CENTRE + k
-        r0 -= F[d, column] * F[x, 0]
-        r1 -= F[e, column] * F[x, 0]
-        if a >= 0:
-            r0 -= F[d, a] * F[x, b]
-            r1 -= F[e, a] * F[x, b]
-            if a != b:
-                r0 -= F[d, b] * F[x, a]
-                r1 -= F[e, b] * F[x, a]
-                r2 -= F[x, a] * F[x, b]
-            else:
-                r2 -= 0.5 * F[x, a] * F[x, a]
-    for k in range(3):
-        F[POSITION + k, column] = W[k, 3] * r0 + W[k, 4] * r1 + W[k, 5] * r2
-
-
-@njit(cache=True, nogil=True)
-def residual(F: Any, block: int, S: Symbols) -> float:
-    """Return an upper bound of |s K - s d . x~| over the cell."""
+@njit(signatures(lanes, INT), cache=True, nogil=True)
+def residual(F: Forms, block: int, S: Symbols) -> Lanes:
+    """Return an upper bound of |s K - s d . x~| over the cells."""
     length_row(F, SCRATCH, block, S)
-    return float(largest(F, SCRATCH, S))
+    return largest(F, SCRATCH, S)
 
 
-@njit(cache=True, nogil=True)
-def position_rows(F: Any, W: Any, model: Any, order: int, branch: int, S: Symbols) -> bool:
-    """Enclose x over the cell on one branch (the sign of sigma) in the rows POSITION.
+@njit(signatures(lanes, INT), cache=True, nogil=True)
+def vector_largest(F: Forms, row: int, S: Symbols) -> Lanes:
+    """Return an upper bound of the length of a vector in three rows."""
+    total = splat(0.0)
+    for k in range(3):
+        most = largest(F, row + k, S)
+        total += most * most
+    return up_lanes(root(inflate_lanes(total, splat(0.0), 10.0)))
 
-    Guarantee: where True is returned, every x with branch * sigma >= 0 that satisfies the three equations of
+
+@njit(signatures(lanes, array3, INT, types.float64, types.float64, lanes), cache=True, nogil=True)
+def position_rows(
+    F: Forms, W: LaneArray, third: int, square: float, square_err: float, branch: Lanes, S: Symbols
+) -> Lanes:
+    """Enclose x over the cells on one branch (the sign of sigma) in the rows POSITION; 1 where that succeeds.
+
+    ``square``, ``square_err`` : l_1^2.
+
+    Guarantee: where 1 is returned, every x with branch * sigma >= 0 that satisfies the three equations of
     the triple at some u of the cell is enclosed at that u. Proof: x - x~ = delta + tau n with n the unit
     normal of d_2, d_3 and delta across it. The two plane equations give
     |delta| <= (rho_2 |d_3| + rho_3 |d_2|) / |d_2 x d_3| with rho their residuals at x~. The sphere gives
@@ -181,325 +247,440 @@ def position_rows(F: Any, W: Any, model: Any, order: int, branch: int, S: Symbol
     branch's sign, the root on the branch has |tau| = |c| / (|h| + sqrt(h^2 - c)), which is at most |c| / |h|
     and at most sqrt|c| (it is real only where c <= h^2). tau rides on ERROR_SYMBOL along the centre's normal.
     """
-    pivot = model.orders[order, 0]
-    third = third_block(model)
-    if not approximate_position(F, W, third, S):
-        return False
+    zero = splat(0.0)
+    approximate_position(F, W, third, S)
     rho2, rho3 = residual(F, SECOND, S), residual(F, third, S)
     dot3(F, SCRATCH, POSITION, POSITION, S)
-    square, square_err = model.lengths_sq[pivot], model.lengths_sq_err[pivot]
-    F[SCRATCH, 0] -= square
-    widen(F, SCRATCH, inflate(square_err, abs(F[SCRATCH, 0]) + square, 4.0), S)
+    store(F, SCRATCH, 0, load(F, SCRATCH, 0) - square)
+    widen(F, SCRATCH, inflate_lanes(splat(square_err), abs(load(F, SCRATCH, 0)) + square, 4.0), S)
     rho1 = largest(F, SCRATCH, S)
-    n0, n1, n2 = W[SPOT, 3], W[SPOT, 4], W[SPOT, 5]
+    normal = load(W, SPOT, 3), load(W, SPOT, 4), load(W, SPOT, 5)
     # |m| from below: m . n, with |n| <= 1 up to rounding.
-    combine3(F, SCRATCH, NORMAL, n0, n1, n2, 0.0, S)
+    combine3(F, SCRATCH, NORMAL, normal[0], normal[1], normal[2], zero, S)
     least, most = bounds(F, SCRATCH, S)
-    least = down(least * (1.0 - 1e-14))
-    if not least > 0.0:
-        return False
+    least = down_lanes(least * (1.0 - 1e-14))
+    proved = where_less(0.0, least, splat(1.0), 0.0)
     # tan of the angle between m and n.
-    tilt = 0.0
+    tilt = splat(0.0)
     for k in range(3):
-        w = n0 if k == 0 else (n1 if k == 1 else n2)
         e0, e1, e2 = (1.0 if k == 0 else 0.0), (1.0 if k == 1 else 0.0), (1.0 if k == 2 else 0.0)
-        combine3(F, SCRATCH, NORMAL, e0 - w * n0, e1 - w * n1, e2 - w * n2, 0.0, S)
-        tilt += largest(F, SCRATCH, S) ** 2
+        w = normal[k]
+        combine3(F, SCRATCH, NORMAL, e0 - w * normal[0], e1 - w * normal[1], e2 - w * normal[2], zero, S)
+        off = largest(F, SCRATCH, S)
+        tilt += off * off
     # 1e-14: the rounded matrix I - n n^T is off by some units, relative to |m|.
-    tilt = up(up(math.sqrt(tilt) * (1.0 + 1e-14)) / least) + 1e-14
-    most = up(most * up(math.sqrt(up(1.0 + up(tilt * tilt))))) * (1.0 + 1e-14)
-    most = min(most, vector_largest(F, NORMAL, S))
+    tilt = up_lanes(up_lanes(root(tilt) * (1.0 + 1e-14)) / least) + 1e-14
+    most = up_lanes(most * up_lanes(root(up_lanes(1.0 + up_lanes(tilt * tilt))))) * (1.0 + 1e-14)
+    longest = vector_largest(F, NORMAL, S)
+    most = where_less(most, longest, most, longest)
     across = rho2 * vector_largest(F, third + CENTRE, S) + rho3 * vector_largest(F, SECOND + CENTRE, S)
-    delta = up(inflate(across, 0.0, 4.0) / least)
+    delta = up_lanes(inflate_lanes(across, zero, 4.0) / least)
     dot3(F, SIGMA, POSITION, NORMAL, S)
     lo, hi = bounds(F, SIGMA, S)
-    height = down((lo if branch > 0 else -hi) / most)
-    if not height > 0.0:
-        return False
-    reach = up(math.sqrt(up(up(square + square_err) + rho1)))
-    c = inflate(rho1 + delta * (2.0 * reach + delta), 0.0, 6.0)
-    tau = min(up(c / height), up(math.sqrt(c)))
-    if not tau < math.inf:
-        return False
-    error = up(delta + up(tau * tilt))
+    height = down_lanes(where_less(0.0, branch, lo, -hi) / most)
+    proved = where_less(0.0, height, proved, 0.0)
+    reach = up_lanes(root(up_lanes(up_lanes(splat(square + square_err)) + rho1)))
+    c = inflate_lanes(rho1 + delta * (2.0 * reach + delta), zero, 6.0)
+    first, second = up_lanes(c / height), up_lanes(root(c))
+    tau = where_less(first, second, first, second)
+    proved = where_less(tau, math.inf, proved, 0.0)
+    error = up_lanes(delta + up_lanes(tau * tilt))
+    proved = where_less(error, math.inf, proved, 0.0)
     for k in range(3):
-        slope = tau * W[SPOT, 3 + k]
-        F[POSITION + k, 1 + ERROR_SYMBOL] = slope
-        widen(F, POSITION + k, inflate(error, abs(slope), 4.0), S)
+        slope = tau * normal[k]
+        store(F, POSITION + k, 1 + ERROR_SYMBOL, slope)
+        widen(F, POSITION + k, inflate_lanes(error, abs(slope), 4.0), S)
         close(F, POSITION + k, S)
-    return True
+    return proved
 
 
-@njit(cache=True, nogil=True)
-def vector_largest(F: Any, row: int, S: Symbols) -> float:
-    """Return an upper bound of the length of a vector in three rows."""
-    total = 0.0
-    for k in range(3):
-        total += largest(F, row + k, S) ** 2
-    return up(math.sqrt(inflate(total, 0.0, 10.0)))
-
-
-@njit(cache=True, nogil=True)
-def no_position(F: Any, model: Any, order: int, S: Symbols) -> bool:
-    """Return True when the three spheres of the triple have no common point over the cell.
+@njit(signatures(lanes, INT, types.float64, types.float64), cache=True, nogil=True)
+def no_position(F: Forms, third: int, square: float, square_err: float, S: Symbols) -> Lanes:
+    """Return 1 where the three spheres of the triple have no common point over the cell, else 0.
 
     sigma^2 = l_1^2 |m|^2 - |K_2 d_3 - K_3 d_2|^2 < 0 (with factors s^4).
     """
-    pivot = model.orders[order, 0]
-    third = third_block(model)
     v = SCRATCH + 4
+    zero = splat(0.0)
     for k in range(3):
-        constant(F, v + k, 0.0, 0.0, S)
+        constant(F, v + k, zero, zero, S)
         add_product(F, v + k, SECOND + OFFSET, third + CENTRE + k, 1.0, S)
         add_product(F, v + k, third + OFFSET, SECOND + CENTRE + k, -1.0, S)
     dot3(F, SCRATCH, NORMAL, NORMAL, S)
     most = largest(F, SCRATCH, S)
-    scale(F, SCRATCH, SCRATCH, model.lengths_sq[pivot], S)
-    widen(F, SCRATCH, inflate(most * model.lengths_sq_err[pivot], 0.0, 4.0), S)
+    scale(F, SCRATCH, SCRATCH, splat(square), S)
+    widen(F, SCRATCH, inflate_lanes(most * square_err, zero, 4.0), S)
     dot3(F, SCRATCH + 1, v, v, S)
-    add_scaled(F, SCRATCH, SCRATCH + 1, -1.0, S)
-    return bool(bounds(F, SCRATCH, S)[1] < 0.0)
+    combine2(F, SCRATCH, SCRATCH, splat(1.0), SCRATCH + 1, splat(-1.0), S)
+    _, above = bounds(F, SCRATCH, S)
+    return where_less(above, 0.0, splat(1.0), 0.0)
 
 
 @njit(cache=True, nogil=True)
-def slack_excluded(F: Any, model: Any, chart: int, order: int, S: Symbols) -> bool:
-    """Return True when a cable outside the subset would be too long over the whole cell."""
+def slack_excluded(F: Forms, W: LaneArray, model: Any, needed: Lanes, S: Symbols) -> Lanes:
+    """Return 1 where a cable outside the subset would be too long over the whole cell, else 0."""
     block = SLACK_CABLE
+    excluded = splat(0.0)
     for i in range(model.n_taut, model.lengths.shape[0]):
-        cable_rows(F, block, model, chart, i, model.orders[order, 0], S)
+        cable_rows(F, block, model, i, model.orders[0, 0], S)
         length_row(F, SCRATCH, block, S)
-        if bounds(F, SCRATCH, S)[0] > 0.0:
-            return True
-    return False
+        below, _ = bounds(F, SCRATCH, S)
+        excluded = where_less(0.0, below, 1.0, excluded)
+        if covers(W, excluded, needed):
+            break
+    return excluded
 
 
 @njit(cache=True, nogil=True)
-def position_bounds(F: Any, model: Any, order: int, S: Symbols, lo: Any, hi: Any) -> None:
-    """Enclose p = A_1 + x - r_1 over the cell. Needs ``wrench_rows``.
+def position_bounds(F: Forms, W: LaneArray, model: Any, S: Symbols) -> None:
+    """Enclose p = A_1 + x - r_1 over the cells in W[BOUNDS], W[BOUNDS + 1]. Needs ``wrench_rows``.
 
     s (p - p~) is a form around zero for a float p~, and s >= 1.
     """
-    pivot = model.orders[order, 0]
+    pivot = model.orders[0, 0]
     least, most = bounds(F, SCALE, S)
-    least = max(least, 1.0)
+    least = maximum(least, splat(1.0))
+    one = splat(1.0)
     for k in range(3):
         a, e = model.anchors[pivot, k], model.anchors_err[pivot, k]
-        middle = a - (F[WRENCH + k, 0] + F[ROOT_ARM + k, 0]) / F[SCALE, 0]
+        middle = a - (load(F, WRENCH + k, 0) + load(F, ROOT_ARM + k, 0)) / load(F, SCALE, 0)
         offset = a - middle
         # s (x + (a - p~) - r_1); WRENCH holds -s x.
-        scale(F, SCRATCH, SCALE, offset, S)
-        add_scaled(F, SCRATCH, WRENCH + k, -1.0, S)
-        add_scaled(F, SCRATCH, ROOT_ARM + k, -1.0, S)
+        combine2(F, SCRATCH, SCALE, offset, WRENCH + k, -one, S)
+        combine2(F, SCRATCH, SCRATCH, one, ROOT_ARM + k, -one, S)
         below, above = bounds(F, SCRATCH, S)
-        below = down(below / (least if below < 0.0 else most))
-        above = up(above / (least if above > 0.0 else most))
+        below = down_lanes(below / where_less(below, 0.0, least, most))
+        above = up_lanes(above / where_less(0.0, above, least, most))
         # The rounding of a - p~ is an error of p.
-        error = inflate(e, abs(offset), 4.0)
-        lo[k] = down(down(middle + below) - error)
-        hi[k] = up(up(middle + above) + error)
+        error = inflate_lanes(splat(e), abs(offset), 4.0)
+        store(W, BOUNDS, k, down_lanes(down_lanes(middle + below) - error))
+        store(W, BOUNDS + 1, k, up_lanes(up_lanes(middle + above) + error))
     if model.planar:
         # The equilibrium lies in the plane exactly (and the root's box has no width across it).
-        lo[1] = 0.0
-        hi[1] = 0.0
+        store(W, BOUNDS, 1, 0.0)
+        store(W, BOUNDS + 1, 1, 0.0)
 
 
 @njit(cache=True, nogil=True)
-def enclose_cell(F: Any, W: Any, model: Any, cell: Any, S: Symbols, lo: Any, hi: Any) -> bool:
-    """Enclose (u, p, t) of every equilibrium of the taut cables in the cell; False where that fails.
+def solution_bounds(F: Forms, W: LaneArray, model: Any, S: Symbols) -> Lanes:
+    """Enclose p and t of every equilibrium of the taut cables in W[BOUNDS], W[TENSIONS]; 1 where t is bounded.
 
-    ``lo, hi`` : (6 + n,). With ``lo`` of length 6 only the pose.
+    Six lengths alone fix the pose: t is not an unknown then and stands as 0 in the roots. Needs ``wrench_rows``.
     """
-    branch = int(cell[BRANCH])
-    chart, order = int(cell[CHART]), int(cell[ORDER])
-    prepare(F, model, cell, chart, order, S)
-    if branch == 0 or not on_branch(F, W, model, order, branch, S):
-        return False
-    wrench_rows(F, model, chart, order, S)
-    return finish_enclosure(F, W, model, cell, order, S, lo, hi)
+    position_bounds(F, W, model, S)
+    if model.n_taut < MOST_TAUT:
+        return tension_bounds(F, W, model.n_taut, TENSIONS, S)
+    for i in range(MOST_TAUT):
+        store(W, TENSIONS, i, 0.0)
+        store(W, TENSIONS + 1, i, 0.0)
+    return splat(1.0)
 
 
 @njit(cache=True, nogil=True)
-def finish_enclosure(F: Any, W: Any, model: Any, cell: Any, order: int, S: Symbols, lo: Any, hi: Any) -> bool:
-    """Write (u, p, t) bounds, given the wrenches."""
+def read_bounds(W: LaneArray, C: LaneArray, lane: int, model: Any, lo: Any, hi: Any) -> None:
+    """Write one lane's bounds of (u, p, t), t in the subset's order."""
     for k in range(3):
-        lo[k] = cell[2 * k]
-        hi[k] = cell[2 * k + 1]
-    position_bounds(F, model, order, S, lo[3:6], hi[3:6])
-    if lo.shape[0] == 6:
-        return True
-    if model.n_taut == MOST_TAUT:
-        no_tensions(lo[6:], hi[6:])
-        return True
-    return bool(in_file_order(F, W, model, order, S, lo, hi))
+        lo[k], hi[k] = C[0, 2 * k, lane], C[0, 2 * k + 1, lane]
+        lo[3 + k], hi[3 + k] = W[BOUNDS, k, lane], W[BOUNDS + 1, k, lane]
+    for j in range(lo.shape[0] - 6):
+        i = model.orders[0, j]
+        lo[6 + i], hi[6 + i] = W[TENSIONS, j, lane], W[TENSIONS + 1, j, lane]
 
 
 @njit(cache=True, nogil=True)
-def in_file_order(F: Any, W: Any, model: Any, order: int, S: Symbols, lo: Any, hi: Any) -> bool:
-    """Write the bounds of t, which the forms hold in the cell's order, in the subset's order."""
-    n = model.n_taut
-    low, high = W[46], W[47]
-    if not tension_bounds(F, W, n, S, low, high):
-        return False
-    for j in range(n):
-        lo[6 + model.orders[order, j]] = low[j]
-        hi[6 + model.orders[order, j]] = high[j]
-    return True
-
-
-@njit(cache=True, nogil=True)
-def settled(
-    F: Any, W: Any, model: Any, roots: Any, cell: Any, order: int, S: Symbols, lo: Any, hi: Any
-) -> bool:
-    """Return True when every equilibrium in the cell lies in one root's uniqueness box.
-
-    ``roots`` : (m, 1 + 2 (6 + n)) chart, then lo and hi of the boxes. Needs ``wrench_rows``.
-    """
-    size = 6 + model.n_taut
-    bounded = False
-    for k in range(roots.shape[0]):
-        if int(roots[k, 0]) != int(cell[CHART]):
-            continue
-        near = True
-        for c in range(3):
-            near = near and roots[k, 1 + c] <= cell[2 * c] and cell[2 * c + 1] <= roots[k, 1 + size + c]
-        if not near:
-            continue
-        if not bounded:
-            if not finish_enclosure(F, W, model, cell, order, S, lo, hi):
-                return False
-            bounded = True
-        inside = True
-        for c in range(size):
-            inside = inside and roots[k, 1 + c] <= lo[c] and hi[c] <= roots[k, 1 + size + c]
-        if inside:
-            return True
-    return False
-
-
-@njit(cache=True, nogil=True)
-def leaf(cell: Any, children: Any, kind: int) -> int:
-    """Return the cell as a leaf."""
-    copy_cell(cell, children)
-    return -kind
-
-
-@njit(cache=True, nogil=True)
-def copy_cell(cell: Any, children: Any) -> None:
-    """Write the cell as its own only child."""
-    for k in range(cell.shape[0]):
-        children[0, k] = cell[k]
-
-
-@njit(cache=True, nogil=True)
-def halve(cell: Any, children: Any, lo: int) -> int:
-    """Bisect the variable whose bounds stand at ``lo, lo + 1``; a leaf where no double lies between them."""
-    m = 0.5 * (cell[lo] + cell[lo + 1])
-    if not cell[lo] < m < cell[lo + 1]:
-        return leaf(cell, children, SMALL)
-    for k in range(cell.shape[0]):
-        children[0, k] = cell[k]
-        children[1, k] = cell[k]
-    children[0, lo + 1] = m
-    children[1, lo] = m
-    share = 0.5 * cell[cell.shape[0] - 1]
-    children[0, cell.shape[0] - 1] = share
-    children[1, cell.shape[0] - 1] = share
-    return 2
-
-
-@njit(cache=True, nogil=True)
-def both_branches(cell: Any, children: Any) -> int:
-    """Split a cell into its two branches."""
-    for k in range(cell.shape[0]):
-        children[0, k] = cell[k]
-        children[1, k] = cell[k]
-    children[0, BRANCH] = 1.0
-    children[1, BRANCH] = -1.0
-    share = 0.5 * cell[SHARE]
-    children[0, SHARE] = share
-    children[1, SHARE] = share
-    return 2
-
-
-@njit(cache=True, nogil=True)
-def prepare(F: Any, model: Any, cell: Any, chart: int, order: int, S: Symbols) -> None:
-    """Write everything of a cell that depends on u alone and the triple's normal."""
-    rotation_rows(F, cell, S)
-    triple_rows(F, model, chart, order, S)
+def prepare(F: Forms, model: Any, C: LaneArray, S: Symbols) -> None:
+    """Write everything of the cells that depends on u alone and the triple's normal."""
+    rotation_rows(F, C, CHART, S)
+    triple_rows(F, model, S)
     cross3(F, NORMAL, SECOND + CENTRE, third_block(model) + CENTRE, S)
 
 
 @njit(cache=True, nogil=True)
-def on_branch(F: Any, W: Any, model: Any, order: int, branch: int, S: Symbols) -> bool:
-    """Write x of one branch; False where it is not a smooth function over the cell."""
-    height_sq = centre_position(F, W, model, order)
-    if not height_sq > 0.0:
-        return False
-    h = math.sqrt(height_sq) * branch
+def on_branch(F: Forms, W: LaneArray, model: Any, branch: Lanes, S: Symbols) -> Lanes:
+    """Write x of one branch; 1 where it is a smooth function over the cell, else 0."""
+    pivot = model.orders[0, 0]
+    third = third_block(model)
+    square, square_err = model.lengths_sq[pivot], model.lengths_sq_err[pivot]
+    height_sq = centre_position(F, W, third, splat(square))
+    h = root(maximum(height_sq, splat(0.0))) * branch
     for k in range(3):
-        W[SPOT, k] += h * W[SPOT, 3 + k]
-    return bool(position_rows(F, W, model, order, branch, S))
+        store(W, SPOT, k, load(W, SPOT, k) + h * load(W, SPOT, 3 + k))
+    proved = position_rows(F, W, third, square, square_err, branch, S)
+    return where_less(0.0, height_sq, proved, 0.0)
 
 
 @njit(cache=True, nogil=True)
-def newton(F: Any, W: Any, model: Any, cell: Any, lengths: int, rank: int, S: Symbols) -> int:
-    """Contract the cell by the further lengths (already in EQUATION..) and the statics with tensions >= 0.
+def enclose_cells(F: Forms, W: LaneArray, model: Any, C: LaneArray, S: Symbols) -> Lanes:
+    """Enclose p and t of every equilibrium in the cells, see ``solution_bounds``; 1 where that succeeds.
+
+    The cells have a branch.
+    """
+    prepare(F, model, C, S)
+    proved = on_branch(F, W, model, load(C, 0, BRANCH), S)
+    wrench_rows(F, model, S)
+    return proved * solution_bounds(F, W, model, S)
+
+
+@njit(cache=True, nogil=True)
+def enclose_cell(
+    F: Forms, W: LaneArray, model: Any, cell: Any, S: Symbols, C: LaneArray, lo: Any, hi: Any
+) -> bool:
+    """Enclose (u, p, t) of every equilibrium of the taut cables in one cell; False where that fails.
+
+    ``lo, hi`` : (6 + n,). With ``lo`` of length 6 only the pose.
+    """
+    for k in range(cell.shape[0]):
+        store(C, 0, k, cell[k])
+    if cell[BRANCH] == 0.0:
+        return False
+    if lo.shape[0] == 6:
+        prepare(F, model, C, S)
+        proved = on_branch(F, W, model, load(C, 0, BRANCH), S)
+        wrench_rows(F, model, S)
+        position_bounds(F, W, model, S)
+    else:
+        proved = enclose_cells(F, W, model, C, S)
+    read_bounds(W, C, 0, model, lo, hi)
+    return bool(covers(W, proved, splat(1.0)))
+
+
+@njit(cache=True, nogil=True)
+def near_root(roots: Any, k: int, C: LaneArray, lane: int, chart: int, size: int) -> bool:
+    """Return True when a lane's u lies in the uniqueness box of root ``k``, in its chart."""
+    near = roots[k, 0] == C[0, chart, lane]
+    for c in range(3):
+        near = near and roots[k, 1 + c] <= C[0, 2 * c, lane]
+        near = near and C[0, 2 * c + 1, lane] <= roots[k, 1 + size + c]
+    return bool(near)
+
+
+@njit(cache=True, nogil=True)
+def settled(
+    F: Forms, W: LaneArray, model: Any, roots: Any, C: LaneArray, chart: int, states: Any, S: Symbols
+) -> None:
+    """Mark as EMPTY the open lanes all of whose equilibria lie in one root's uniqueness box.
+
+    ``roots`` : (m, 1 + 2 (6 + n)) chart, then lo and hi of the boxes. ``chart`` : the cells' column that holds it.
+    Needs ``wrench_rows``.
+    """
+    size = 6 + model.n_taut
+    bounded = False
+    for k in range(roots.shape[0]):
+        for lane in range(LANES):
+            if states[lane] != OPEN or not near_root(roots, k, C, lane, chart, size):
+                continue
+            if not bounded:
+                store(W, FLAGS, 20, solution_bounds(F, W, model, S))
+                bounded = True
+            inside = W[FLAGS, 20, lane] > 0.0
+            for c in range(3):
+                inside = inside and roots[k, 4 + c] <= W[BOUNDS, c, lane]
+                inside = inside and W[BOUNDS + 1, c, lane] <= roots[k, 4 + size + c]
+            for j in range(model.n_taut):
+                i = model.orders[0, j]
+                inside = inside and roots[k, 7 + i] <= W[TENSIONS, j, lane]
+                inside = inside and W[TENSIONS + 1, j, lane] <= roots[k, 7 + size + i]
+            if inside:
+                states[lane] = EMPTY
+
+
+@njit(cache=True, nogil=True)
+def mark(W: LaneArray, flags: Lanes, states: Any, state: int) -> bool:
+    """Give open lanes with flags > 0 a state; return True when a lane is still open."""
+    store(W, FLAGS, 21, flags)
+    left = False
+    for lane in range(LANES):
+        if states[lane] == OPEN and W[FLAGS, 21, lane] > 0.0:
+            states[lane] = state
+        left = left or states[lane] == OPEN
+    return left
+
+
+@njit(cache=True, nogil=True)
+def open_lanes(W: LaneArray, states: Any) -> Lanes:
+    """Return 1 in the open lanes, 0 in the others."""
+    for lane in range(LANES):
+        W[FLAGS, 22, lane] = 1.0 if states[lane] == OPEN else 0.0
+    return load(W, FLAGS, 22)
+
+
+@njit(cache=True, nogil=True)
+def copy_cell(C: LaneArray, lane: int, children: Any) -> int:
+    """Write a cell as its own only child."""
+    for k in range(children.shape[1]):
+        children[2 * lane, k] = C[0, k, lane]
+    return 1
+
+
+@njit(cache=True, nogil=True)
+def leaf(C: LaneArray, lane: int, children: Any, kind: int) -> int:
+    """Return a cell as a leaf."""
+    copy_cell(C, lane, children)
+    return -kind
+
+
+@njit(cache=True, nogil=True)
+def twins(C: LaneArray, lane: int, children: Any) -> int:
+    """Write a cell as two children, each with half its share."""
+    width = children.shape[1]
+    for i in range(2):
+        for k in range(width):
+            children[2 * lane + i, k] = C[0, k, lane]
+        children[2 * lane + i, width - 1] = 0.5 * C[0, width - 1, lane]
+    return 2
+
+
+@njit(cache=True, nogil=True)
+def halve(C: LaneArray, lane: int, children: Any, lo: int) -> int:
+    """Bisect the variable whose bounds stand at ``lo, lo + 1``; a leaf where no double lies between them."""
+    m = 0.5 * (C[0, lo, lane] + C[0, lo + 1, lane])
+    if not C[0, lo, lane] < m < C[0, lo + 1, lane]:
+        return leaf(C, lane, children, SMALL)
+    twins(C, lane, children)
+    children[2 * lane, lo + 1] = m
+    children[2 * lane + 1, lo] = m
+    return 2
+
+
+@njit(cache=True, nogil=True)
+def both_branches(C: LaneArray, lane: int, children: Any) -> int:
+    """Split a cell into its two branches."""
+    twins(C, lane, children)
+    children[2 * lane, BRANCH] = 1.0
+    children[2 * lane + 1, BRANCH] = -1.0
+    return 2
+
+
+@njit(signatures(types.void, INT, lanes), cache=True, nogil=True)
+def blank(F: Forms, row: int, keep: Lanes, S: Symbols) -> None:
+    """Set a row to zero, the equation 0 = 0, in the lanes where ``keep`` is not positive."""
+    K = len(S)
+    for k in range(1 + K + K * (K + 1) // 2 + 3):
+        store(F, row, k, where_less(0.0, keep, load(F, row, k), 0.0))
+
+
+@njit(cache=True, nogil=True)
+def contract_open(
+    F: Forms, W: LaneArray, C: LaneArray, equations: int, variables: int, states: Any, S: Symbols
+) -> None:
+    """Contract the open lanes; their states become EMPTY or SMALLER, or stay. Other lanes keep their cells."""
+    for lane in range(LANES):
+        # A lane that counts as empty is left alone.
+        W[VERDICTS, 0, lane] = STUCK if states[lane] == OPEN else EMPTY
+    contract(F, W, C, equations, variables, S)
+    for lane in range(LANES):
+        if states[lane] == OPEN:
+            states[lane] = int(W[VERDICTS, 0, lane])
+
+
+@njit(cache=True, nogil=True)
+def newton(
+    F: Forms, W: LaneArray, model: Any, C: LaneArray, lengths: int, rank: int, states: Any, S: Symbols
+) -> None:
+    """Contract the narrow open lanes by the further lengths (already in EQUATION..) and the statics.
 
     Where tension signs are to be ignored all six lengths are given and no statics enters.
     """
     equations = lengths
     n = model.n_taut
-    if n < MOST_TAUT and centre_columns(F, W, n) and limit_tensions(F, W, n, rank, S):
-        equations += statics_equations(F, W, n, equations, rank, S)
-    return int(contract(F, W, cell, equations, U_SYMBOLS, S))
+    if n < MOST_TAUT:
+        centre_columns(F, W, n)
+        limited = limit_tensions(F, W, n, rank, S)
+        limited = limited * statics_equations(F, W, n, equations, rank, S)
+        for e in range(6 - n):
+            blank(F, EQUATION + lengths + e, limited, S)
+        equations += 6 - n
+    contract_open(F, W, C, equations, U_SYMBOLS, states, S)
 
 
 @njit(cache=True, nogil=True)
-def process(context: Any, cell: Any, children: Any) -> int:
-    """Exclude, contract, settle or split one cell; see ``engine.depth_first``."""
-    model, roots, leaf_size, S, F, W, lo, hi = context
-    chart, branch, order = int(cell[CHART]), int(cell[BRANCH]), int(cell[ORDER])
+def widest(C: LaneArray, lane: int) -> int:
+    """Return which entry of u is widest in a lane."""
+    best = 0
+    for k in range(1, 3):
+        if C[0, 2 * k + 1, lane] - C[0, 2 * k, lane] > C[0, 2 * best + 1, lane] - C[0, 2 * best, lane]:
+            best = k
+    return best
+
+
+@njit(cache=True, nogil=True)
+def width_of(C: LaneArray, lane: int) -> float:
+    """Return the width of u in a lane."""
+    k = widest(C, lane)
+    return float(C[0, 2 * k + 1, lane] - C[0, 2 * k, lane])
+
+
+@njit(cache=True, nogil=True)
+def classify(F: Forms, W: LaneArray, model: Any, roots: Any, C: LaneArray, states: Any, S: Symbols) -> None:
+    """Exclude, settle or contract the open lanes."""
     n = model.n_taut
-    widest = 0
-    width = -1.0
-    for k in range(3):
-        if cell[2 * k + 1] - cell[2 * k] > width:
-            width = cell[2 * k + 1] - cell[2 * k]
-            widest = k
-    prepare(F, model, cell, chart, order, S)
-    if not on_branch(F, W, model, order, 1 if branch == 0 else branch, S):
-        if no_position(F, model, order, S):
-            return 0
-        if width > FOLD_WIDTH:
-            return halve(cell, children, 2 * widest)
-        return leaf(cell, children, FOLDED)
-    if branch == 0:
-        return both_branches(cell, children)
+    needed = open_lanes(W, states)
+    prepare(F, model, C, S)
+    branch = load(C, 0, BRANCH)
+    smooth = on_branch(F, W, model, where_less(abs(branch), 0.5, 1.0, branch), S)
+    if not covers(W, smooth, needed):
+        pivot = model.orders[0, 0]
+        square, square_err = model.lengths_sq[pivot], model.lengths_sq_err[pivot]
+        empty = no_position(F, third_block(model), square, square_err, S)
+        mark(W, where_less(0.0, smooth, 0.0, empty), states, EMPTY)
+        if not mark(W, 1.0 - smooth, states, UNSMOOTH):
+            return
+    if not mark(W, where_less(abs(branch), 0.5, splat(1.0), 0.0), states, BOTH):
+        return
     lengths = 0
     for j in range(2 if model.planar else 3, n):
         length_row(F, EQUATION + lengths, CABLE + BLOCK * j, S)
         below, above = bounds(F, EQUATION + lengths, S)
-        if below > 0.0 or above < 0.0:
-            return 0
+        outside = where_less(0.0, below, 1.0, where_less(above, 0.0, splat(1.0), 0.0))
+        if not mark(W, outside, states, EMPTY):
+            return
         lengths += 1
-    if model.slack and slack_excluded(F, model, chart, order, S):
-        return 0
+    if model.slack and not mark(W, slack_excluded(F, W, model, open_lanes(W, states), S), states, EMPTY):
+        return
     rank = solve_for_pivots(F, W, 0, lengths, U_SYMBOLS, S)
-    wrench_rows(F, model, chart, order, S)
-    if model.statics and centre_columns(F, W, n) and balance_free(F, W, n, rank, S):
+    wrench_rows(F, model, S)
+    if model.statics:
+        centre_columns(F, W, n)
+        if not mark(W, balance_free(F, W, n, rank, open_lanes(W, states), S), states, EMPTY):
+            return
+    settled(F, W, model, roots, C, CHART, states, S)
+    narrow = False
+    for lane in range(LANES):
+        if states[lane] == OPEN:
+            if width_of(C, lane) <= NEWTON_WIDTH:
+                narrow = True
+            else:
+                states[lane] = WIDE
+    if narrow:
+        newton(F, W, model, C, lengths, rank, states, S)
+
+
+@njit(cache=True, nogil=True)
+def verdict(C: LaneArray, lane: int, state: int, children: Any, leaf_size: float) -> int:
+    """Write a lane's children or leaf; see ``engine.batches``."""
+    width = width_of(C, lane)
+    if state == EMPTY:
         return 0
-    if settled(F, W, model, roots, cell, order, S, lo, hi):
-        return 0
-    if width <= NEWTON_WIDTH:
-        verdict = newton(F, W, model, cell, lengths, rank, S)
-        if verdict == EMPTY:
-            return 0
-        if verdict == SMALLER:
-            copy_cell(cell, children)
-            return 1
-    if width <= leaf_size:
-        return leaf(cell, children, SMALL)
-    return halve(cell, children, 2 * widest)
+    if state == SMALLER:
+        return int(copy_cell(C, lane, children))
+    if state == BOTH:
+        return int(both_branches(C, lane, children))
+    if state == UNSMOOTH and width <= FOLD_WIDTH:
+        return int(leaf(C, lane, children, FOLDED))
+    if state != UNSMOOTH and width <= leaf_size:
+        return int(leaf(C, lane, children, SMALL))
+    return int(halve(C, lane, children, 2 * widest(C, lane)))
+
+
+@njit(cache=True, nogil=True)
+def process(context: Any, C: LaneArray, count: int, verdicts: Any, children: Any) -> None:
+    """Exclude, contract, settle or split a batch of cells; see ``engine.batches``."""
+    model, roots, leaf_size, S, F, W, states = context
+    for lane in range(LANES):
+        states[lane] = OPEN if lane < count else EMPTY
+    classify(F, W, model, roots, C, states, S)
+    for lane in range(count):
+        verdicts[lane] = verdict(C, lane, states[lane], children, leaf_size)
 
 
 @njit(cache=True, nogil=True)
@@ -508,10 +689,11 @@ def run(
     roots: Any,
     leaf_size: float,
     S: Symbols,
-    F: Any,
-    W: Any,
-    lo: Any,
-    hi: Any,
+    F: Forms,
+    W: LaneArray,
+    C: LaneArray,
+    states: Any,
+    verdicts: Any,
     stack: Any,
     count: int,
     leaves: Any,
@@ -519,6 +701,6 @@ def run(
     children: Any,
     cell_limit: int,
 ) -> tuple[int, int, int]:
-    """Search cells in u depth first; see ``engine.depth_first``."""
-    context = (model, roots, leaf_size, S, F, W, lo, hi)
-    return depth_first(process, context, stack, count, leaves, kinds, children, cell_limit)
+    """Search cells in u depth first; see ``engine.batches``."""
+    context = (model, roots, leaf_size, S, F, W, states)
+    return batches(process, context, C, verdicts, stack, count, leaves, kinds, children, cell_limit)

@@ -12,7 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cdpr_interval.engine.budget import Budget, Stop
+from cdpr_interval.engine.batches import CHILDREN
 from cdpr_interval.engine.depth_first import MAX_CHILDREN
+from cdpr_interval.kernels.lanes import LANES
 
 Cells = NDArray[np.float64]
 
@@ -50,18 +52,18 @@ class SearchResult:
 
 
 class Frame:
-    """The arrays one thread works in; ``run`` is a compiled caller of ``depth_first``."""
+    """The arrays one thread works in; ``run`` is a compiled caller of ``depth_first`` or ``batches``."""
 
     def __init__(self, width: int) -> None:
         self.stack = np.empty((STACK_ROWS, width))
         self.leaves = np.empty((LEAF_ROWS, width))
         self.kinds = np.empty(LEAF_ROWS, dtype=np.int64)
-        self.children = np.empty((MAX_CHILDREN, width))
+        self.children = np.empty((max(MAX_CHILDREN, CHILDREN * LANES), width))
 
 
 Run = Callable[[Cells, int, Cells, NDArray[np.int64], Cells, int], tuple[int, int, int]]
 """``run(stack, count, leaves, kinds, children, cell_limit) -> (count, n_leaves, cells)``: a closure over
-the compiled problem and its context that calls ``depth_first``. One call runs in one thread."""
+the compiled problem and its context that calls ``depth_first`` or ``batches``. One call runs in one thread."""
 
 
 def explore(run: Run, frame: Frame, cells: Cells, cell_limit: int) -> Exploration:

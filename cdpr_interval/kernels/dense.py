@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
-from numba import njit
+from numba import njit, types
+
+from cdpr_interval.kernels.lanes import LaneArray, array3, load, store
 
 
 @njit("b1(f8[:, ::1], i8, i8)", cache=True, nogil=True)
@@ -46,3 +48,25 @@ def solve_in_place(a: Any, n: int, columns: int) -> bool:
                 s -= a[k, j] * a[j, c]
             a[k, c] = s / a[k, k]
     return True
+
+
+@njit(types.void(array3, types.int64, types.int64), cache=True, nogil=True)
+def solve_definite(a: LaneArray, n: int, columns: int) -> None:
+    """Solve a small positive definite system in every lane, by Gauss-Jordan elimination without pivoting.
+
+    Parameters
+    ----------
+    a : (>= n, >= n + columns, LANES)
+        The matrix, with the right-hand sides in columns ``n .. n + columns - 1``; overwritten, the
+        solutions end up in those columns: infinite or NaN where the matrix is singular.
+    """
+    width = n + columns
+    for k in range(n):
+        inverse = 1.0 / load(a, k, k)
+        for j in range(k + 1, width):
+            store(a, k, j, inverse * load(a, k, j))
+        for i in range(n):
+            if i != k:
+                f = load(a, i, k)
+                for j in range(k + 1, width):
+                    store(a, i, j, load(a, i, j) - f * load(a, k, j))

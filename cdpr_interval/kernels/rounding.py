@@ -19,7 +19,9 @@ from __future__ import annotations
 
 import math
 
-from numba import njit
+from numba import float64, njit
+
+from cdpr_interval.kernels.lanes import Lanes, lanes, where_less
 
 PHI = 2.0**-53 * (1.0 + 2.0**-52)
 """u (1 + 2 u): relative step that reaches the neighbouring number."""
@@ -61,5 +63,24 @@ def inflate(error: float, magnitude: float, operations: float) -> float:
     Numerical Algorithms, 2nd ed., lemma 3.1); factors are doubled for the final roundings.
     Underflow: each operation loses at most eta/2, covered by the last summand.
     """
+    slop = 1.0 + 4.0 * operations * UNIT
+    return (error * slop + 2.0 * UNIT * slop * magnitude) + 2.0 * operations * ETA
+
+
+@njit([lanes(lanes)], cache=True, nogil=True)
+def down_lanes(r: Lanes) -> Lanes:
+    """``down`` in every lane."""
+    return where_less(LARGEST, r, LARGEST, r - (PHI * abs(r) + ETA))
+
+
+@njit([lanes(lanes)], cache=True, nogil=True)
+def up_lanes(r: Lanes) -> Lanes:
+    """``up`` in every lane."""
+    return where_less(r, -LARGEST, -LARGEST, r + (PHI * abs(r) + ETA))
+
+
+@njit([lanes(lanes, lanes, float64)], cache=True, nogil=True)
+def inflate_lanes(error: Lanes, magnitude: Lanes, operations: float) -> Lanes:
+    """``inflate`` in every lane."""
     slop = 1.0 + 4.0 * operations * UNIT
     return (error * slop + 2.0 * UNIT * slop * magnitude) + 2.0 * operations * ETA
