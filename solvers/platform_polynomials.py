@@ -36,6 +36,7 @@ from cdpr_interval.kernels.second_order import (
     cross3,
     largest,
     magnitude,
+    multiply,
     scale,
     signatures,
     widen,
@@ -260,8 +261,7 @@ def wrench_rows(F: Forms, model: Any, S: Symbols) -> None:
     size = 1.0 / model.size  # a power of two
     zero, one = splat(0.0), splat(1.0)
     for k in range(3):
-        constant(F, WRENCH + k, zero, zero, S)
-        add_product(F, WRENCH + k, SCALE, POSITION + k, -1.0, S)
+        multiply(F, WRENCH + k, SCALE, POSITION + k, -1.0, S)
         constant(F, WRENCH + 3 + k, zero, zero, S)
     for j in range(1, model.n_taut):
         block = CABLE + BLOCK * j

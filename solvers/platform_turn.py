@@ -43,6 +43,7 @@ from cdpr_interval.kernels.second_order import (
     cross3,
     dot3,
     largest,
+    multiply,
     scale,
     signatures,
     widen,
@@ -303,8 +304,7 @@ def no_position(F: Forms, third: int, square: float, square_err: float, S: Symbo
     v = SCRATCH + 4
     zero = splat(0.0)
     for k in range(3):
-        constant(F, v + k, zero, zero, S)
-        add_product(F, v + k, SECOND + OFFSET, third + CENTRE + k, 1.0, S)
+        multiply(F, v + k, SECOND + OFFSET, third + CENTRE + k, 1.0, S)
         add_product(F, v + k, third + OFFSET, SECOND + CENTRE + k, -1.0, S)
     dot3(F, SCRATCH, NORMAL, NORMAL, S)
     most = largest(F, SCRATCH, S)

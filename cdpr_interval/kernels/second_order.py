@@ -173,10 +173,19 @@ def combine2(F: Forms, out: int, a: int, ca: Lanes, b: int, cb: Lanes, S: Symbol
     # A term passes one product and one sum; 3 u of both magnitudes is enough.
     total = abs(ca) * magnitude(F, a, S) + abs(cb) * magnitude(F, b, S)
     error = abs(ca) * load(F, a, Q) + abs(cb) * load(F, b, Q)
-    for k in range(Q):
-        store(F, out, k, ca * load(F, a, k) + cb * load(F, b, k))
+    store(F, out, 0, ca * load(F, a, 0) + cb * load(F, b, 0))
+    linear, quadratic = splat(0.0), splat(0.0)
+    for k in range(1, 1 + K):
+        x = ca * load(F, a, k) + cb * load(F, b, k)
+        store(F, out, k, x)
+        linear += abs(x)
+    for k in range(1 + K, Q):
+        x = ca * load(F, a, k) + cb * load(F, b, k)
+        store(F, out, k, x)
+        quadratic += abs(x)
     store(F, out, Q, inflate_lanes(error, 1.5 * total, 40.0))
-    close(F, out, S)
+    store(F, out, Q + 1, linear)
+    store(F, out, Q + 2, quadratic)
 
 
 @njit(signatures(NONE, ROW, ROW, lanes), cache=True, nogil=True)
@@ -186,44 +195,33 @@ def add_scaled(F: Forms, out: int, a: int, c: Lanes, S: Symbols) -> None:
 
 
 @njit(signatures(NONE, ROW, ROW, lanes, lanes, lanes, lanes), cache=True, nogil=True)
-def combine3(F: Forms, out: int, a: int, c0: Lanes, c1: Lanes, c2: Lanes, error: Lanes, S: Symbols) -> None:
-    """Set ``out`` to c0 F[a] + c1 F[a + 1] + c2 F[a + 2], up to ``error``."""
+def combine3(
+    F: Forms, out: int, a: int, c0: Lanes, c1: Lanes, c2: Lanes, error: Lanes, S: Symbols
+) -> None:
+    """Set ``out`` to c0 F[a] + c1 F[a + 1] + c2 F[a + 2], up to ``error``; ``out`` is another row."""
     K = len(S)
     Q = 1 + K + K * (K + 1) // 2
-    for k in range(Q):
-        store(F, out, k, c0 * load(F, a, k) + c1 * load(F, a + 1, k) + c2 * load(F, a + 2, k))
+    store(F, out, 0, c0 * load(F, a, 0) + c1 * load(F, a + 1, 0) + c2 * load(F, a + 2, 0))
+    linear, quadratic = splat(0.0), splat(0.0)
+    for k in range(1, 1 + K):
+        x = c0 * load(F, a, k) + c1 * load(F, a + 1, k) + c2 * load(F, a + 2, k)
+        store(F, out, k, x)
+        linear += abs(x)
+    for k in range(1 + K, Q):
+        x = c0 * load(F, a, k) + c1 * load(F, a + 1, k) + c2 * load(F, a + 2, k)
+        store(F, out, k, x)
+        quadratic += abs(x)
     e = abs(c0) * load(F, a, Q) + abs(c1) * load(F, a + 1, Q) + abs(c2) * load(F, a + 2, Q)
     total = abs(c0) * magnitude(F, a, S) + abs(c1) * magnitude(F, a + 1, S)
     total += abs(c2) * magnitude(F, a + 2, S)
     # A term passes one product and two sums.
     store(F, out, Q, inflate_lanes(error + e, 2.0 * total, 60.0))
-    close(F, out, S)
-
-
-@njit(signatures(NONE, ROW, ROW, array3, ROW), cache=True, nogil=True)
-def combine6(F: Forms, out: int, a: int, W: LaneArray, y: int, S: Symbols) -> None:
-    """Set ``out`` to the sum over k < 6 of W[y, k] F[a + k]."""
-    K = len(S)
-    Q = 1 + K + K * (K + 1) // 2
-    c0, c1, c2 = load(W, y, 0), load(W, y, 1), load(W, y, 2)
-    c3, c4, c5 = load(W, y, 3), load(W, y, 4), load(W, y, 5)
-    for k in range(Q):
-        first = c0 * load(F, a, k) + c1 * load(F, a + 1, k) + c2 * load(F, a + 2, k)
-        second = c3 * load(F, a + 3, k) + c4 * load(F, a + 4, k) + c5 * load(F, a + 5, k)
-        store(F, out, k, first + second)
-    error = splat(0.0)
-    total = splat(0.0)
-    for j in range(6):
-        size = abs(load(W, y, j))
-        error += size * load(F, a + j, Q)
-        total += size * magnitude(F, a + j, S)
-    # A term passes one product and at most three sums.
-    store(F, out, Q, inflate_lanes(error, 2.5 * total, 80.0))
-    close(F, out, S)
+    store(F, out, Q + 1, linear)
+    store(F, out, Q + 2, quadratic)
 
 
 @njit(lanes(array3, ROW, ROW, array3, ROW), cache=True, nogil=True)
-def times_slopes(F: Forms, a: int, column: int, W: LaneArray, y: int) -> Lanes:
+def weighted_column(F: Forms, a: int, column: int, W: LaneArray, y: int) -> Lanes:
     """Return the sum over k < 6 of W[y, k] F[a + k, column], rounded to nearest."""
     first = load(W, y, 0) * load(F, a, column) + load(W, y, 1) * load(F, a + 1, column)
     first += load(W, y, 2) * load(F, a + 2, column)
@@ -232,31 +230,67 @@ def times_slopes(F: Forms, a: int, column: int, W: LaneArray, y: int) -> Lanes:
 
 
 @njit(signatures(NONE, ROW, ROW, array3, ROW), cache=True, nogil=True)
+def combine6(F: Forms, out: int, a: int, W: LaneArray, y: int, S: Symbols) -> None:
+    """Set ``out`` to the sum over k < 6 of W[y, k] F[a + k]; ``out`` is another row."""
+    K = len(S)
+    Q = 1 + K + K * (K + 1) // 2
+    store(F, out, 0, weighted_column(F, a, 0, W, y))
+    linear, quadratic = splat(0.0), splat(0.0)
+    for k in range(1, 1 + K):
+        x = weighted_column(F, a, k, W, y)
+        store(F, out, k, x)
+        linear += abs(x)
+    for k in range(1 + K, Q):
+        x = weighted_column(F, a, k, W, y)
+        store(F, out, k, x)
+        quadratic += abs(x)
+    error = splat(0.0)
+    total = splat(0.0)
+    for j in range(6):
+        size = abs(load(W, y, j))
+        error += size * load(F, a + j, Q)
+        total += size * magnitude(F, a + j, S)
+    # A term passes one product and at most three sums.
+    store(F, out, Q, inflate_lanes(error, 2.5 * total, 80.0))
+    store(F, out, Q + 1, linear)
+    store(F, out, Q + 2, quadratic)
+
+
+@njit(signatures(NONE, ROW, ROW, array3, ROW), cache=True, nogil=True)
 def moving6(F: Forms, out: int, a: int, W: LaneArray, y: int, S: Symbols) -> None:
     """Set ``out`` to the sum over k < 6 of y_k F[a + k] with y_k = W[y, k] + sum_m W[y + 1 + m, k] eps_m."""
     K = len(S)
     Q = 1 + K + K * (K + 1) // 2
-    combine6(F, out, a, W, y, S)
-    error = load(F, out, Q)
-    total = magnitude(F, out, S)
+    store(F, out, 0, weighted_column(F, a, 0, W, y))
+    linear, quadratic = splat(0.0), splat(0.0)
+    q = 1 + 2 * K
+    for m in range(K):
+        slope = y + 1 + m
+        x = weighted_column(F, a, 1 + m, W, y) + weighted_column(F, a, 0, W, slope)
+        store(F, out, 1 + m, x)
+        linear += abs(x)
+        x = weighted_column(F, a, 1 + K + m, W, y) + weighted_column(F, a, 1 + m, W, slope)
+        store(F, out, 1 + K + m, x)
+        quadratic += abs(x)
+        for n in range(m + 1, K):
+            mixed = weighted_column(F, a, 1 + n, W, slope) + weighted_column(F, a, 1 + m, W, y + 1 + n)
+            x = weighted_column(F, a, q, W, y) + mixed
+            store(F, out, q, x)
+            quadratic += abs(x)
+            q += 1
+    error = splat(0.0)
+    total = splat(0.0)
     for j in range(6):
         slopes = splat(0.0)
         for m in range(K):
             slopes += abs(load(W, y + 1 + m, j))
-        error += slopes * (load(F, a + j, Q + 2) + load(F, a + j, Q))
-        total += slopes * magnitude(F, a + j, S)
-    q = 1 + 2 * K
-    for m in range(K):
-        slope = y + 1 + m
-        store(F, out, 1 + m, load(F, out, 1 + m) + times_slopes(F, a, 0, W, slope))
-        store(F, out, 1 + K + m, load(F, out, 1 + K + m) + times_slopes(F, a, 1 + m, W, slope))
-        for n in range(m + 1, K):
-            mixed = times_slopes(F, a, 1 + n, W, slope) + times_slopes(F, a, 1 + m, W, y + 1 + n)
-            store(F, out, q, load(F, out, q) + mixed)
-            q += 1
+        size = abs(load(W, y, j))
+        error += size * load(F, a + j, Q) + slopes * (load(F, a + j, Q + 2) + load(F, a + j, Q))
+        total += (size + slopes) * magnitude(F, a + j, S)
     # A term passes one product and at most five sums.
     store(F, out, Q, inflate_lanes(error, 3.5 * total, 200.0))
-    close(F, out, S)
+    store(F, out, Q + 1, linear)
+    store(F, out, Q + 2, quadratic)
 
 
 @njit(signatures(lanes, ROW, ROW), cache=True, nogil=True)
@@ -273,7 +307,7 @@ def product_error(F: Forms, a: int, b: int, S: Symbols) -> Lanes:
 
 @njit(signatures(NONE, ROW, ROW, ROW, types.float64), cache=True, nogil=True)
 def add_product(F: Forms, out: int, a: int, b: int, sign: float, S: Symbols) -> None:
-    """Add ``sign`` (1 or -1) times F[a] F[b] to ``out``."""
+    """Add ``sign`` (1 or -1) times F[a] F[b] to ``out``, another row."""
     K = len(S)
     Q = 1 + K + K * (K + 1) // 2
     total = magnitude(F, out, S) + magnitude(F, a, S) * magnitude(F, b, S)
@@ -281,37 +315,69 @@ def add_product(F: Forms, out: int, a: int, b: int, sign: float, S: Symbols) -> 
     a0 = sign * load(F, a, 0)
     b0 = sign * load(F, b, 0)
     store(F, out, 0, load(F, out, 0) + a0 * load(F, b, 0))
-    for k in range(1, 1 + K):
-        store(F, out, k, load(F, out, k) + (a0 * load(F, b, k) + b0 * load(F, a, k)))
+    linear, quadratic = splat(0.0), splat(0.0)
     q = 1 + 2 * K
     for k in range(K):
-        x = sign * load(F, a, 1 + k)
-        y = sign * load(F, b, 1 + k)
+        ak, bk = load(F, a, 1 + k), load(F, b, 1 + k)
+        new = load(F, out, 1 + k) + (a0 * bk + b0 * ak)
+        store(F, out, 1 + k, new)
+        linear += abs(new)
+        x, y = sign * ak, sign * bk
         square = 1 + K + k
-        old = load(F, out, square) + (a0 * load(F, b, square) + b0 * load(F, a, square))
-        store(F, out, square, old + x * load(F, b, 1 + k))
+        new = load(F, out, square) + (a0 * load(F, b, square) + b0 * load(F, a, square)) + x * bk
+        store(F, out, square, new)
+        quadratic += abs(new)
         for m in range(k + 1, K):
             old = load(F, out, q) + (a0 * load(F, b, q) + b0 * load(F, a, q))
-            store(F, out, q, old + (x * load(F, b, 1 + m) + y * load(F, a, 1 + m)))
+            new = old + (x * load(F, b, 1 + m) + y * load(F, a, 1 + m))
+            store(F, out, q, new)
+            quadratic += abs(new)
             q += 1
     # A term of the product passes one product and at most four sums, one of the row at most two.
     store(F, out, Q, inflate_lanes(error, 3.0 * total, 100.0))
-    close(F, out, S)
+    store(F, out, Q + 1, linear)
+    store(F, out, Q + 2, quadratic)
 
 
-@njit(signatures(NONE, ROW, ROW, ROW), cache=True, nogil=True)
-def multiply(F: Forms, out: int, a: int, b: int, S: Symbols) -> None:
-    """Set ``out`` to F[a] F[b]; ``out`` is another row."""
-    constant(F, out, splat(0.0), splat(0.0), S)
-    add_product(F, out, a, b, 1.0, S)
+@njit(signatures(NONE, ROW, ROW, ROW, types.float64), cache=True, nogil=True)
+def multiply(F: Forms, out: int, a: int, b: int, sign: float, S: Symbols) -> None:
+    """Set ``out`` to ``sign`` (1 or -1) times F[a] F[b]; ``out`` is another row."""
+    K = len(S)
+    Q = 1 + K + K * (K + 1) // 2
+    a0 = sign * load(F, a, 0)
+    b0 = sign * load(F, b, 0)
+    store(F, out, 0, a0 * load(F, b, 0))
+    linear, quadratic = splat(0.0), splat(0.0)
+    q = 1 + 2 * K
+    for k in range(K):
+        ak, bk = load(F, a, 1 + k), load(F, b, 1 + k)
+        new = a0 * bk + b0 * ak
+        store(F, out, 1 + k, new)
+        linear += abs(new)
+        x, y = sign * ak, sign * bk
+        square = 1 + K + k
+        new = (a0 * load(F, b, square) + b0 * load(F, a, square)) + x * bk
+        store(F, out, square, new)
+        quadratic += abs(new)
+        for m in range(k + 1, K):
+            old = a0 * load(F, b, q) + b0 * load(F, a, q)
+            new = old + (x * load(F, b, 1 + m) + y * load(F, a, 1 + m))
+            store(F, out, q, new)
+            quadratic += abs(new)
+            q += 1
+    total = magnitude(F, a, S) * magnitude(F, b, S)
+    # A term passes one product and at most three sums.
+    store(F, out, Q, inflate_lanes(product_error(F, a, b, S), 3.0 * total, 100.0))
+    store(F, out, Q + 1, linear)
+    store(F, out, Q + 2, quadratic)
 
 
 @njit(signatures(NONE, ROW, ROW, ROW), cache=True, nogil=True)
 def dot3(F: Forms, out: int, a: int, b: int, S: Symbols) -> None:
     """Set ``out`` to F[a] F[b] + F[a + 1] F[b + 1] + F[a + 2] F[b + 2]."""
-    constant(F, out, splat(0.0), splat(0.0), S)
-    for k in range(3):
-        add_product(F, out, a + k, b + k, 1.0, S)
+    multiply(F, out, a, b, 1.0, S)
+    add_product(F, out, a + 1, b + 1, 1.0, S)
+    add_product(F, out, a + 2, b + 2, 1.0, S)
 
 
 @njit(signatures(NONE, ROW, ROW, ROW), cache=True, nogil=True)
@@ -319,6 +385,5 @@ def cross3(F: Forms, out: int, a: int, b: int, S: Symbols) -> None:
     """Set the rows ``out`` .. ``out + 2`` to the cross product of the vectors in rows ``a`` and ``b``."""
     for k in range(3):
         i, j = (k + 1) % 3, (k + 2) % 3
-        constant(F, out + k, splat(0.0), splat(0.0), S)
-        add_product(F, out + k, a + i, b + j, 1.0, S)
+        multiply(F, out + k, a + i, b + j, 1.0, S)
         add_product(F, out + k, a + j, b + i, -1.0, S)
