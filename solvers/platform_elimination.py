@@ -8,11 +8,10 @@ eliminated, and needs no proof but the sum itself.
 
 from __future__ import annotations
 
-from typing import Any
-
-from numba import njit, types
+from numba import types
 
 from cdpr_interval.kernels.dense import solve_definite
+from cdpr_interval.kernels.kernel import kernel
 from cdpr_interval.kernels.lanes import LANES, LaneArray, Lanes, array3, lanes, load, splat, store, where_less
 from cdpr_interval.kernels.rounding import down, inflate_lanes, up, up_lanes
 from cdpr_interval.kernels.second_order import (
@@ -41,10 +40,10 @@ WEIGHTS = 37
 """Row of W that holds the weights of the equations, where they are useful."""
 MOST_PIVOTS = 6
 VERDICTS = 48
-"""Row of W whose first place holds what was done to the cells: EMPTY, STUCK or SMALLER; set it to STUCK before."""
+"""Row of W whose first place holds what was done to the cells; set it to STUCK before."""
 
 
-@njit(signatures(lanes, types.int64), cache=True, nogil=True)
+@kernel(signatures(lanes, types.int64))
 def noise(F: Forms, i: int, S: Symbols) -> Lanes:
     """Return quadratic part + error of a row (rounded to nearest)."""
     K = len(S)
@@ -52,7 +51,7 @@ def noise(F: Forms, i: int, S: Symbols) -> Lanes:
     return load(F, i, Q) + load(F, i, Q + 2)
 
 
-@njit(signatures(lanes, types.int64), cache=True, nogil=True)
+@kernel(signatures(lanes, types.int64))
 def usefulness(F: Forms, i: int, S: Symbols) -> Lanes:
     """Return 1 over the largest slope of a row, or 0 where its noise drowns it.
 
@@ -66,7 +65,7 @@ def usefulness(F: Forms, i: int, S: Symbols) -> Lanes:
     return where_less(1e-100, most, where_less(most, 1e100, useful, 0.0), 0.0)
 
 
-@njit("b1(f8[:, :, ::1], i8, i8)", cache=True, nogil=True)
+@kernel("b1(f8[:, :, ::1], i8, i8)")
 def is_pivot(W: LaneArray, lane: int, symbol: int) -> bool:
     """Return True when a symbol is one of a lane's pivots."""
     found = False
@@ -75,7 +74,7 @@ def is_pivot(W: LaneArray, lane: int, symbol: int) -> bool:
     return found
 
 
-@njit("void(f8[:, :, ::1], i8, i8, i8, i8, i8, i8)", cache=True, nogil=True)
+@kernel("void(f8[:, :, ::1], i8, i8, i8, i8, i8, i8)")
 def eliminate(W: LaneArray, lane: int, target: int, line: int, column: int, lines: int, columns: int) -> None:
     """Bring line ``line`` of a lane's tableau to place ``target`` and clear ``column`` in all others."""
     for k in range(columns):
@@ -91,7 +90,7 @@ def eliminate(W: LaneArray, lane: int, target: int, line: int, column: int, line
                 W[TABLEAU + e, k, lane] -= factor * W[TABLEAU + target, k, lane]
 
 
-@njit("i8(f8[:, :, ::1], i8, i8, i8, i8)", cache=True, nogil=True)
+@kernel("i8(f8[:, :, ::1], i8, i8, i8, i8)")
 def pivot_lane(W: LaneArray, lane: int, count: int, variables: int, symbols: int) -> int:
     """Run Gauss-Jordan with full pivoting on one lane's tableau; return its rank."""
     for s in range(MOST_PIVOTS):
@@ -114,12 +113,13 @@ def pivot_lane(W: LaneArray, lane: int, count: int, variables: int, symbols: int
     return rank
 
 
-@njit(signatures(types.int64, array3, types.int64, types.int64, types.int64), cache=True, nogil=True)
+@kernel(signatures(types.int64, array3, types.int64, types.int64, types.int64))
 def solve_for_pivots(F: Forms, W: LaneArray, first: int, count: int, variables: int, S: Symbols) -> int:
-    """Solve up to six rows EQUATION + first.. for symbols below ``variables``; return the most solved in a lane.
+    """Solve up to six rows EQUATION + first.. for symbols below ``variables``.
 
-    Writes the solved rows to PIVOT.. (slope 1 in their own pivot, about 0 in the others', zero where a lane has
-    fewer) and the pivots to W[PIVOTS]. Rows whose noise drowns their slopes are left out.
+    Returns the most solved in a lane. Writes the solved rows to PIVOT.. (slope 1 in their own pivot, about
+    0 in the others', zero where a lane has fewer) and the pivots to W[PIVOTS]. Rows whose noise drowns their
+    slopes are left out.
     """
     K = len(S)
     for e in range(count):
@@ -140,7 +140,7 @@ def solve_for_pivots(F: Forms, W: LaneArray, first: int, count: int, variables: 
     return most
 
 
-@njit(signatures(lanes, types.int64, array3, types.int64), cache=True, nogil=True)
+@kernel(signatures(lanes, types.int64, array3, types.int64))
 def pivot_slope(F: Forms, row: int, W: LaneArray, s: int, S: Symbols) -> Lanes:
     """Return every lane's slope of a row in its pivot ``s``; 0 where it has none."""
     K = len(S)
@@ -151,16 +151,16 @@ def pivot_slope(F: Forms, row: int, W: LaneArray, s: int, S: Symbols) -> Lanes:
     return slope
 
 
-@njit(signatures(types.void, types.int64, array3, types.int64), cache=True, nogil=True)
+@kernel(signatures(types.void, types.int64, array3, types.int64))
 def reduce_row(F: Forms, out: int, W: LaneArray, rank: int, S: Symbols) -> None:
     """Add multiples of the solved rows to ``out`` so that the pivots' slopes vanish."""
     for s in range(rank):
         add_scaled(F, out, PIVOT + s, -pivot_slope(F, out, W, s, S), S)
 
 
-@njit(signatures(types.UniTuple(lanes, 2), lanes), cache=True, nogil=True)
+@kernel(signatures(types.UniTuple(lanes, 2), lanes))
 def rest_bounds(F: Forms, symbol: Lanes, S: Symbols) -> tuple[Lanes, Lanes]:
-    """Return bounds of eps_symbol, lane by lane, from the row SCRATCH: a form that vanishes, with slope near 1.
+    """Return bounds of eps_symbol, lane by lane, from SCRATCH: a form that vanishes, with slope near 1.
 
     eps = -(row - eps). A negative ``symbol`` gives (-1, 1) and more.
     """
@@ -179,13 +179,13 @@ def rest_bounds(F: Forms, symbol: Lanes, S: Symbols) -> tuple[Lanes, Lanes]:
     return -hi, -lo
 
 
-@njit("b1(f8, f8)", cache=True, nogil=True)
+@kernel("b1(f8, f8)")
 def shrunk(now: float, before: float) -> bool:
     """Return True when a width is worth another look: really smaller, also among denormals."""
     return bool(now < before and now <= WORTH * before)
 
 
-@njit("b1(f8[:, :, ::1], i8, i8, f8, f8)", cache=True, nogil=True)
+@kernel("b1(f8[:, :, ::1], i8, i8, f8, f8)")
 def cut(C: LaneArray, lane: int, j: int, low: float, high: float) -> bool:
     """Cut the variable with bounds in columns j, j + 1 to symbols in [low, high]; True if much is gone."""
     lo, hi = C[0, j, lane], C[0, j + 1, lane]
@@ -199,7 +199,7 @@ def cut(C: LaneArray, lane: int, j: int, low: float, high: float) -> bool:
     return shrunk(C[0, j + 1, lane] - C[0, j, lane], hi - lo)
 
 
-@njit("void(f8[:, :, ::1], f8[:, :, ::1], i8, i8, f8, f8)", cache=True, nogil=True)
+@kernel("void(f8[:, :, ::1], f8[:, :, ::1], i8, i8, f8, f8)")
 def cut_symbol(W: LaneArray, C: LaneArray, lane: int, symbol: int, low: float, high: float) -> None:
     """Cut a lane's variable to eps in [low, high]; its verdict becomes EMPTY, stays, or becomes SMALLER."""
     if not C[0, 2 * symbol, lane] < C[0, 2 * symbol + 1, lane] or W[VERDICTS, 0, lane] == EMPTY:
@@ -210,7 +210,7 @@ def cut_symbol(W: LaneArray, C: LaneArray, lane: int, symbol: int, low: float, h
         W[VERDICTS, 0, lane] = SMALLER
 
 
-@njit(signatures(types.void, array3, array3, types.int64), cache=True, nogil=True)
+@kernel(signatures(types.void, array3, array3, types.int64))
 def cut_pivots(F: Forms, W: LaneArray, C: LaneArray, rank: int, S: Symbols) -> None:
     """Shrink each pivot's variable to what its solved row allows; see ``cut_symbol``."""
     for s in range(rank):
@@ -224,12 +224,12 @@ def cut_pivots(F: Forms, W: LaneArray, C: LaneArray, rank: int, S: Symbols) -> N
                 cut_symbol(W, C, lane, symbol, W[0, 0, lane], W[0, 1, lane])
 
 
-@njit(signatures(types.void, array3, array3, types.int64, types.int64), cache=True, nogil=True)
+@kernel(signatures(types.void, array3, array3, types.int64, types.int64))
 def contract(F: Forms, W: LaneArray, C: LaneArray, count: int, variables: int, S: Symbols) -> None:
     """Shrink the cells by all rows EQUATION.. at once (interval Newton); see ``cut_symbol``.
 
-    Symbol k < ``variables`` stands for the variable with bounds in columns 2 k, 2 k + 1 of the cells. With g the
-    rows' centres, A their slopes, N their remaining terms and C a float left inverse of A,
+    Symbol k < ``variables`` stands for the variable with bounds in columns 2 k, 2 k + 1 of the cells. With g
+    the rows' centres, A their slopes, N their remaining terms and C a float left inverse of A,
     eps = -C g - (C A - I) eps - C N bounds every symbol.
     """
     for k in range(variables):

@@ -19,8 +19,9 @@ from __future__ import annotations
 
 from typing import Any
 
-from numba import njit, types
+from numba import types
 
+from cdpr_interval.kernels.kernel import kernel
 from cdpr_interval.kernels.lanes import LANES, LaneArray, Lanes, array3, lanes, load, splat, store, where_less
 from cdpr_interval.kernels.rounding import inflate_lanes, up_lanes
 from cdpr_interval.kernels.second_order import (
@@ -81,7 +82,7 @@ U_SYMBOLS = 3
 """Symbols 0..2 are u."""
 
 
-@njit(types.UniTuple(lanes, 2)(lanes, lanes), cache=True, nogil=True)
+@kernel(types.UniTuple(lanes, 2)(lanes, lanes))
 def middle_and_radius(lo: Lanes, hi: Lanes) -> tuple[Lanes, Lanes]:
     """Return m and r with [lo, hi] in m + r [-1, 1]; m = lo and r = 0 for a point."""
     m = where_less(lo, hi, 0.5 * (lo + hi), lo)
@@ -90,19 +91,19 @@ def middle_and_radius(lo: Lanes, hi: Lanes) -> tuple[Lanes, Lanes]:
     return m, where_less(lo, hi, r, 0.0)
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def vector3(a: Any, i: int, j: int) -> tuple[Lanes, Lanes, Lanes]:
     """Return a[i, j] in every lane (a slice would be counted as a reference)."""
     return splat(a[i, j, 0]), splat(a[i, j, 1]), splat(a[i, j, 2])
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def first_vector(a: Any, i: int, j: int) -> tuple[Lanes, Lanes, Lanes]:
     """Return a[0, i, j] in every lane."""
     return splat(a[0, i, j, 0]), splat(a[0, i, j, 1]), splat(a[0, i, j, 2])
 
 
-@njit(signatures(types.void, types.int64, lanes), cache=True, nogil=True)
+@kernel(signatures(types.void, types.int64, lanes))
 def settle(F: Forms, i: int, mag: Lanes, S: Symbols) -> None:
     """Finish a row whose coefficients were written by hand with a few roundings of terms of size ``mag``."""
     K = len(S)
@@ -111,7 +112,7 @@ def settle(F: Forms, i: int, mag: Lanes, S: Symbols) -> None:
     close(F, i, S)
 
 
-@njit(types.UniTuple(lanes, 3)(lanes), cache=True, nogil=True)
+@kernel(types.UniTuple(lanes, 3)(lanes))
 def half_turn(chart: Lanes) -> tuple[Lanes, Lanes, Lanes]:
     """Return the diagonal of D_c: the identity or the half turn about x, y or z for c = 0..3."""
     about_x = where_less(chart, 1.5, 1.0, -1.0)
@@ -119,7 +120,7 @@ def half_turn(chart: Lanes) -> tuple[Lanes, Lanes, Lanes]:
     return about_x, about_y, about_x * about_y
 
 
-@njit(signatures(types.void, array3, types.int64), cache=True, nogil=True)
+@kernel(signatures(types.void, array3, types.int64))
 def rotation_rows(F: Forms, C: LaneArray, chart: int, S: Symbols) -> None:
     """Write s and s R(u) D_c for u in columns 0..5 and c in column ``chart`` of the cells.
 
@@ -167,7 +168,7 @@ def rotation_rows(F: Forms, C: LaneArray, chart: int, S: Symbols) -> None:
             settle(F, row, 2.0 * mag, S)
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def cable_rows(F: Forms, block: int, model: Any, i: int, pivot: int, S: Symbols) -> None:
     """Write s q_i, s d_i and s K_i to the rows from ``block``. Needs ``rotation_rows``."""
     b0, b1, b2 = first_vector(model.point_steps, i, pivot)
@@ -197,7 +198,7 @@ def cable_rows(F: Forms, block: int, model: Any, i: int, pivot: int, S: Symbols)
         widen(F, block + CENTRE + k, inflate_lanes(error, splat(0.0), 4.0), S)
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def triple_rows(F: Forms, model: Any, S: Symbols) -> None:
     """Write the blocks of the taut cables after the pivot and, in the plane y = 0, of y . x = 0."""
     pivot = model.orders[0, 0]
@@ -210,13 +211,13 @@ def triple_rows(F: Forms, model: Any, S: Symbols) -> None:
         copy(F, PLANE + CENTRE + 1, SCALE, S)
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def third_block(model: Any) -> int:
     """Return the block of the third equation of the triple."""
     return PLANE if model.planar else CABLE + 2 * BLOCK
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def root_arm_rows(F: Forms, model: Any, S: Symbols) -> None:
     """Write s r_1, the pivot's platform point from the centre of mass."""
     pivot = model.orders[0, 0]
@@ -227,7 +228,7 @@ def root_arm_rows(F: Forms, model: Any, S: Symbols) -> None:
         combine3(F, ROOT_ARM + k, ROTATION + 3 * k, b0, b1, b2, spread, S)
 
 
-@njit(signatures(types.void, types.int64, types.int64), cache=True, nogil=True)
+@kernel(signatures(types.void, types.int64, types.int64))
 def length_row(F: Forms, out: int, block: int, S: Symbols) -> None:
     """Write s (K_i - d_i . x) = s (|e_i|^2 - l_i^2) / 2 from a cable's block and x."""
     copy(F, out, block + OFFSET, S)
@@ -235,7 +236,7 @@ def length_row(F: Forms, out: int, block: int, S: Symbols) -> None:
         add_product(F, out, block + CENTRE + k, POSITION + k, -1.0, S)
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def load_rows(F: Forms, model: Any, S: Symbols) -> None:
     """Write s w_0 = s (f, -r_1 x f / size)."""
     root_arm_rows(F, model, S)
@@ -254,7 +255,7 @@ def load_rows(F: Forms, model: Any, S: Symbols) -> None:
         widen(F, LOAD + 3 + k, inflate_lanes(size * error, zero, 10.0), S)
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def wrench_rows(F: Forms, model: Any, S: Symbols) -> None:
     """Write s w_i of the taut cables and s w_0. Needs the blocks and x."""
     pivot = model.orders[0, 0]

@@ -15,6 +15,7 @@ from typing import Any
 from numba import njit, types
 
 from cdpr_interval.engine.batches import batches
+from cdpr_interval.kernels.kernel import kernel
 from cdpr_interval.kernels.lanes import LANES, LaneArray, array3, load, splat, store, where_less
 from cdpr_interval.kernels.rounding import inflate_lanes
 from cdpr_interval.kernels.second_order import Forms, Symbols, bounds, constant, dot3, signatures, widen
@@ -44,6 +45,7 @@ from solvers.platform_statics import balance_free, centre_columns, covers, limit
 from solvers.platform_turn import (
     OPEN,
     SMALL,
+    WIDE,
     blank,
     contract_open,
     copy_cell,
@@ -69,11 +71,13 @@ BEFORE = 45
 """Row of W that holds the cell before a cut."""
 MOVING = 46
 """Row of W whose first place is 1 in lanes that are still being cut."""
+CONTRACT_WIDTH = 0.1
+"""Weighted width below which a cell that is not excluded is contracted by all equations."""
 CUTS = 3
 """Most looks at the lengths alone before the other tests."""
 
 
-@njit(signatures(types.void, array3), cache=True, nogil=True)
+@kernel(signatures(types.void, array3))
 def position_variables(F: Forms, C: LaneArray, S: Symbols) -> None:
     """Write x on the symbols 3..5."""
     K = len(S)
@@ -85,7 +89,7 @@ def position_variables(F: Forms, C: LaneArray, S: Symbols) -> None:
         store(F, POSITION + k, Q + 1, r)
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def length_equations(F: Forms, model: Any, S: Symbols) -> int:
     """Write the equations of the taut cables to EQUATION..; return how many."""
     pivot = model.orders[0, 0]
@@ -100,9 +104,9 @@ def length_equations(F: Forms, model: Any, S: Symbols) -> int:
     return int(model.n_taut)
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def after_cut(W: LaneArray, C: LaneArray, lane: int, states: Any) -> None:
-    """Decide what a cut did to a lane: empty, u much smaller (a new cell), x much smaller (once more), little."""
+    """Decide what a cut did to a lane: empty, u much smaller (a new cell), x (once more), or little."""
     if W[VERDICTS, 0, lane] == EMPTY:
         states[lane] = EMPTY
         W[MOVING, 0, lane] = 0.0
@@ -120,7 +124,7 @@ def after_cut(W: LaneArray, C: LaneArray, lane: int, states: Any) -> None:
         W[MOVING, 0, lane] = 0.0
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def cut_by_lengths(F: Forms, W: LaneArray, model: Any, C: LaneArray, states: Any, S: Symbols) -> int:
     """Cut the open lanes' cells by the lengths until that gains little; return the most pivots of a lane.
 
@@ -181,7 +185,7 @@ def enclose_cell(
     return bool(covers(W, bounded, splat(1.0)))
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def newton(F: Forms, W: LaneArray, model: Any, C: LaneArray, rank: int, states: Any, S: Symbols) -> None:
     """Contract the open lanes by the lengths (already in EQUATION..) and the statics."""
     n = model.n_taut
@@ -197,14 +201,19 @@ def newton(F: Forms, W: LaneArray, model: Any, C: LaneArray, rank: int, states: 
     contract_open(F, W, C, equations, VARIABLES, states, S)
 
 
-@njit(cache=True, nogil=True)
+@kernel()
+def weighted_width(model: Any, C: LaneArray, lane: int, k: int) -> float:
+    """Return the width of variable ``k`` of a lane, in which u and x compare."""
+    w = C[0, 2 * k + 1, lane] - C[0, 2 * k, lane]
+    return float(w if k < 3 else w * POSITION_WEIGHT / model.size)
+
+
+@kernel()
 def bisect(W: LaneArray, model: Any, C: LaneArray, lane: int, children: Any, leaf_size: float) -> int:
     """Bisect the widest variable of a lane, or return a leaf."""
     widest, width, largest = 0, -1.0, 0.0
     for k in range(VARIABLES):
-        w = C[0, 2 * k + 1, lane] - C[0, 2 * k, lane]
-        if k >= 3:
-            w *= POSITION_WEIGHT / model.size
+        w = weighted_width(model, C, lane, k)
         largest = max(largest, w)
         if is_pivot(W, lane, k):
             w *= PIVOT_WEIGHT
@@ -215,7 +224,20 @@ def bisect(W: LaneArray, model: Any, C: LaneArray, lane: int, children: Any, lea
     return int(halve(C, lane, children, 2 * widest))
 
 
-@njit(cache=True, nogil=True)
+@kernel()
+def narrow_lanes(model: Any, C: LaneArray, states: Any) -> bool:
+    """Leave only those lanes open that are narrow enough to be contracted; True when there are any."""
+    narrow = False
+    for lane in range(LANES):
+        if states[lane] == OPEN:
+            for k in range(VARIABLES):
+                if weighted_width(model, C, lane, k) > CONTRACT_WIDTH:
+                    states[lane] = WIDE
+            narrow = narrow or states[lane] == OPEN
+    return narrow
+
+
+@kernel(inline="always")
 def classify(F: Forms, W: LaneArray, model: Any, roots: Any, C: LaneArray, states: Any, S: Symbols) -> None:
     """Exclude, settle or contract the open lanes."""
     n = model.n_taut
@@ -234,11 +256,11 @@ def classify(F: Forms, W: LaneArray, model: Any, roots: Any, C: LaneArray, state
         if not mark(W, balance_free(F, W, n, rank, needed, S), states, EMPTY):
             return
     settled(F, W, model, roots, C, P_CHART, states, S)
-    if not covers(W, splat(-1.0), open_lanes(W, states)):
+    if narrow_lanes(model, C, states):
         newton(F, W, model, C, rank, states, S)
 
 
-@njit(cache=True, nogil=True)
+@kernel(inline="always")
 def process(context: Any, C: LaneArray, count: int, verdicts: Any, children: Any) -> None:
     """Exclude, contract, settle or split a batch of cells; see ``engine.batches``."""
     model, roots, leaf_size, S, F, W, states = context

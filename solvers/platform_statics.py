@@ -9,9 +9,10 @@ from __future__ import annotations
 
 import math
 
-from numba import njit, types
+from numba import types
 
 from cdpr_interval.kernels.dense import solve_definite
+from cdpr_interval.kernels.kernel import kernel
 from cdpr_interval.kernels.lanes import (
     LANES,
     LaneArray,
@@ -60,19 +61,19 @@ FLOOR = 1e-3
 """Least right side of a form relative to the largest: the load's form hardly varies, yet must be positive."""
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def wrench_of(i: int, n: int) -> int:
     """Return the first row of wrench i; i = n is the load."""
     return LOAD if i == n else WRENCH + 6 * i
 
 
-@njit(lanes(lanes, lanes), cache=True, nogil=True)
+@kernel(lanes(lanes, lanes))
 def maximum(a: Lanes, b: Lanes) -> Lanes:
     """Return the larger one; ``b`` where one is NaN."""
     return where_less(b, a, a, b)
 
 
-@njit(types.boolean(array3, lanes, lanes), cache=True, nogil=True)
+@kernel(types.boolean(array3, lanes, lanes))
 def covers(W: LaneArray, flags: Lanes, needed: Lanes) -> bool:
     """Return True when ``flags`` is positive in every lane where ``needed`` is."""
     store(W, COLUMNS, RIGHT + 1, where_less(0.0, needed, flags, 1.0))
@@ -82,7 +83,7 @@ def covers(W: LaneArray, flags: Lanes, needed: Lanes) -> bool:
     return result
 
 
-@njit(types.void(array3, array3, INT), cache=True, nogil=True)
+@kernel(types.void(array3, array3, INT))
 def centre_columns(F: Forms, W: LaneArray, n: int) -> None:
     """Write the normalised wrenches of the centre, their norms, and right sides 1.
 
@@ -101,9 +102,9 @@ def centre_columns(F: Forms, W: LaneArray, n: int) -> None:
             store(W, COLUMNS + i, k, load(F, row + k, 0) / norm)
 
 
-@njit(types.void(array3, INT, types.float64), cache=True, nogil=True)
+@kernel(types.void(array3, INT, types.float64))
 def invert_gram(W: LaneArray, m: int, ridge: float) -> None:
-    """Write the inverse of the Gram matrix of the first m columns to W[INVERSE..]; NaN where it is singular."""
+    """Write the inverse of the first m columns' Gram matrix to W[INVERSE..]; NaN where it is singular."""
     for i in range(m):
         for j in range(m):
             s = splat(ridge if i == j else 0.0)
@@ -117,7 +118,7 @@ def invert_gram(W: LaneArray, m: int, ridge: float) -> None:
             store(W, INVERSE + i, j, load(W, i, m + j))
 
 
-@njit(types.void(array3, INT), cache=True, nogil=True)
+@kernel(types.void(array3, INT))
 def choose_y(W: LaneArray, m: int) -> None:
     """Write the least-norm y with y . column_i = right side i, i < m."""
     for k in range(6):
@@ -130,7 +131,7 @@ def choose_y(W: LaneArray, m: int) -> None:
             store(W, Y, k, load(W, Y, k) + s * load(W, COLUMNS + i, k))
 
 
-@njit(signatures(types.void, array3, INT, INT), cache=True, nogil=True)
+@kernel(signatures(types.void, array3, INT, INT))
 def choose_slopes(F: Forms, W: LaneArray, n: int, m: int, S: Symbols) -> None:
     """Write slopes of y that cancel the slopes of y . w_i, i < m (i = n is the load)."""
     K = len(S)
@@ -152,7 +153,7 @@ def choose_slopes(F: Forms, W: LaneArray, n: int, m: int, S: Symbols) -> None:
                 store(W, slope, k, load(W, slope, k) + s * load(W, COLUMNS + i, k))
 
 
-@njit(signatures(types.UniTuple(lanes, 2), array3, INT, types.boolean, INT), cache=True, nogil=True)
+@kernel(signatures(types.UniTuple(lanes, 2), array3, INT, types.boolean, INT))
 def weigh(F: Forms, W: LaneArray, row: int, moving: bool, rank: int, S: Symbols) -> tuple[Lanes, Lanes]:
     """Bound y . w at all solutions in the cells; leaves the form in SCRATCH."""
     if moving:
@@ -163,7 +164,7 @@ def weigh(F: Forms, W: LaneArray, row: int, moving: bool, rank: int, S: Symbols)
     return bounds(F, SCRATCH, S)
 
 
-@njit(signatures(lanes, array3, INT, INT, types.boolean, INT), cache=True, nogil=True)
+@kernel(signatures(lanes, array3, INT, INT, types.boolean, INT))
 def all_positive(F: Forms, W: LaneArray, n: int, m: int, moving: bool, rank: int, S: Symbols) -> Lanes:
     """Return 1 where y . w_i > 0 is proved for all i < m (i = n is the load), else 0.
 
@@ -183,9 +184,9 @@ def all_positive(F: Forms, W: LaneArray, n: int, m: int, moving: bool, rank: int
     return positive
 
 
-@njit(types.void(array3, INT, types.boolean), cache=True, nogil=True)
+@kernel(types.void(array3, INT, types.boolean))
 def centre_tensions(W: LaneArray, n: int, true_scale: bool) -> None:
-    """Write the tensions t of least error at the centre to W[SOME_TENSION]; of the normalised wrenches first."""
+    """Write the centre's tensions t of least error to W[SOME_TENSION], else those of normalised wrenches."""
     for i in range(n):
         s = splat(0.0)
         for j in range(n):
@@ -198,7 +199,7 @@ def centre_tensions(W: LaneArray, n: int, true_scale: bool) -> None:
         store(W, SOME_TENSION, i, s)
 
 
-@njit(signatures(lanes, array3, INT, lanes), cache=True, nogil=True)
+@kernel(signatures(lanes, array3, INT, lanes))
 def balance_free_of_six(F: Forms, W: LaneArray, rank: int, needed: Lanes, S: Symbols) -> Lanes:
     """Six cables: seven forms in six unknowns; right sides r > 0 must satisfy lambda . r = 0.
 
@@ -227,7 +228,7 @@ def balance_free_of_six(F: Forms, W: LaneArray, rank: int, needed: Lanes, S: Sym
     return free
 
 
-@njit(signatures(lanes, array3, INT, INT, lanes), cache=True, nogil=True)
+@kernel(signatures(lanes, array3, INT, INT, lanes))
 def balance_free(F: Forms, W: LaneArray, n: int, rank: int, needed: Lanes, S: Symbols) -> Lanes:
     """Return 1 where y proves that the cell holds no equilibrium, else 0. Needs ``centre_columns``.
 
@@ -250,7 +251,7 @@ def balance_free(F: Forms, W: LaneArray, n: int, rank: int, needed: Lanes, S: Sy
     return free
 
 
-@njit(signatures(lanes, array3, INT, INT), cache=True, nogil=True)
+@kernel(signatures(lanes, array3, INT, INT))
 def limit_tensions(F: Forms, W: LaneArray, n: int, rank: int, S: Symbols) -> Lanes:
     """Bound the tensions of every equilibrium in the cells from above. Needs ``centre_columns``.
 
@@ -282,7 +283,7 @@ def limit_tensions(F: Forms, W: LaneArray, n: int, rank: int, S: Symbols) -> Lan
     return limited
 
 
-@njit(lanes(array3, INT), cache=True, nogil=True)
+@kernel(lanes(array3, INT))
 def orthogonalise(W: LaneArray, count: int) -> Lanes:
     """Make row BASIS + count (of norm 1) orthonormal to the rows before it; 0 where nothing is left."""
     row = BASIS + count
@@ -302,7 +303,7 @@ def orthogonalise(W: LaneArray, count: int) -> Lanes:
     return where_less(1e-20, left, 1.0, 0.0)
 
 
-@njit(lanes(array3, INT), cache=True, nogil=True)
+@kernel(lanes(array3, INT))
 def complete_basis(W: LaneArray, n: int) -> Lanes:
     """Write an orthonormal basis of R^6 that starts with the columns' span; return 1 where that succeeds.
 
@@ -327,9 +328,9 @@ def complete_basis(W: LaneArray, n: int) -> Lanes:
     return good
 
 
-@njit(signatures(lanes, array3, INT, INT, INT), cache=True, nogil=True)
+@kernel(signatures(lanes, array3, INT, INT, INT))
 def statics_equations(F: Forms, W: LaneArray, n: int, first: int, rank: int, S: Symbols) -> Lanes:
-    """Write the 6 - n equations of statics that are free of tensions to first order; return 1 where they hold.
+    """Write the 6 - n equations of statics that are free of tensions to first order; 1 where they hold.
 
     For y across the wrenches at the centre, with slopes that keep it so, y . w_0 + sum t_i y . w_i = 0
     at every equilibrium; y . w_i has no linear part, t_i lies in [0, MOST_TENSION]. Needs ``limit_tensions``.
@@ -353,7 +354,7 @@ def statics_equations(F: Forms, W: LaneArray, n: int, first: int, rank: int, S: 
     return good
 
 
-@njit(signatures(lanes, array3, INT, INT), cache=True, nogil=True)
+@kernel(signatures(lanes, array3, INT, INT))
 def tension_bounds(F: Forms, W: LaneArray, n: int, out: int, S: Symbols) -> Lanes:
     """Enclose every t with sum t_i w_i + w_0 = 0 at some point of the cells (t_i = tension / l_i).
 

@@ -18,6 +18,7 @@ from typing import Any
 from numba import njit, types
 
 from cdpr_interval.engine.batches import batches
+from cdpr_interval.kernels.kernel import kernel
 from cdpr_interval.kernels.lanes import (
     LANES,
     LaneArray,
@@ -106,7 +107,7 @@ FLAGS = 53
 """Row of W whose last places pass what was proved lane by lane."""
 
 OPEN = STUCK
-"""State of a lane about which nothing is known yet; the others are EMPTY and SMALLER (contracted, its own child)."""
+"""State of a lane about which nothing is known yet; others are EMPTY and SMALLER (its own child)."""
 UNSMOOTH = 3
 """State of a lane whose position is not a smooth function over the cell."""
 BOTH = 4
@@ -117,7 +118,7 @@ WIDE = 5
 INT = types.int64
 
 
-@njit(lanes(array3, array3, INT, lanes), cache=True, nogil=True)
+@kernel(lanes(array3, array3, INT, lanes))
 def centre_position(F: Forms, W: LaneArray, third: int, length_sq: Lanes) -> Lanes:
     """Write the foot of x at the cells' centres and the unit normal to W[SPOT]; return the height's square.
 
@@ -142,7 +143,7 @@ def centre_position(F: Forms, W: LaneArray, third: int, length_sq: Lanes) -> Lan
     return length_sq - (x0 * x0 + x1 * x1 + x2 * x2)
 
 
-@njit(types.void(array3, array3, INT), cache=True, nogil=True)
+@kernel(types.void(array3, array3, INT))
 def invert_triple(F: Forms, W: LaneArray, third: int) -> None:
     """Write the inverse of the matrix with rows d_2, d_3, x (of the centre) to W[0..2], places 3..5."""
     for k in range(3):
@@ -165,7 +166,7 @@ def invert_triple(F: Forms, W: LaneArray, third: int) -> None:
             store(W, k, 3 + column, inverse * load(W, k, 3 + column))
 
 
-@njit(types.void(array3, array3, INT, INT, INT, INT), cache=True, nogil=True)
+@kernel(types.void(array3, array3, INT, INT, INT, INT))
 def taylor_term(F: Forms, W: LaneArray, third: int, column: int, a: int, b: int) -> None:
     """Solve for x~ in ``column``; a, b are the columns of its two symbols, -1 for a linear term."""
     r0 = load(F, SECOND + OFFSET, column)
@@ -189,7 +190,7 @@ def taylor_term(F: Forms, W: LaneArray, third: int, column: int, a: int, b: int)
         store(F, POSITION + k, column, load(W, k, 3) * r0 + load(W, k, 4) * r1 + load(W, k, 5) * r2)
 
 
-@njit(signatures(types.void, array3, INT), cache=True, nogil=True)
+@kernel(signatures(types.void, array3, INT))
 def approximate_position(F: Forms, W: LaneArray, third: int, S: Symbols) -> None:
     """Write x~ to POSITION: the second-order Taylor polynomial of the branch through W[SPOT]; no error.
 
@@ -215,14 +216,14 @@ def approximate_position(F: Forms, W: LaneArray, third: int, S: Symbols) -> None
         close(F, POSITION + k, S)
 
 
-@njit(signatures(lanes, INT), cache=True, nogil=True)
+@kernel(signatures(lanes, INT))
 def residual(F: Forms, block: int, S: Symbols) -> Lanes:
     """Return an upper bound of |s K - s d . x~| over the cells."""
     length_row(F, SCRATCH, block, S)
     return largest(F, SCRATCH, S)
 
 
-@njit(signatures(lanes, INT), cache=True, nogil=True)
+@kernel(signatures(lanes, INT))
 def vector_largest(F: Forms, row: int, S: Symbols) -> Lanes:
     """Return an upper bound of the length of a vector in three rows."""
     total = splat(0.0)
@@ -232,7 +233,7 @@ def vector_largest(F: Forms, row: int, S: Symbols) -> Lanes:
     return up_lanes(root(inflate_lanes(total, splat(0.0), 10.0)))
 
 
-@njit(signatures(lanes, array3, INT, types.float64, types.float64, lanes), cache=True, nogil=True)
+@kernel(signatures(lanes, array3, INT, types.float64, types.float64, lanes))
 def position_rows(
     F: Forms, W: LaneArray, third: int, square: float, square_err: float, branch: Lanes, S: Symbols
 ) -> Lanes:
@@ -295,7 +296,7 @@ def position_rows(
     return proved
 
 
-@njit(signatures(lanes, INT, types.float64, types.float64), cache=True, nogil=True)
+@kernel(signatures(lanes, INT, types.float64, types.float64))
 def no_position(F: Forms, third: int, square: float, square_err: float, S: Symbols) -> Lanes:
     """Return 1 where the three spheres of the triple have no common point over the cell, else 0.
 
@@ -316,7 +317,7 @@ def no_position(F: Forms, third: int, square: float, square_err: float, S: Symbo
     return where_less(above, 0.0, splat(1.0), 0.0)
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def slack_excluded(F: Forms, W: LaneArray, model: Any, needed: Lanes, S: Symbols) -> Lanes:
     """Return 1 where a cable outside the subset would be too long over the whole cell, else 0."""
     block = SLACK_CABLE
@@ -331,7 +332,7 @@ def slack_excluded(F: Forms, W: LaneArray, model: Any, needed: Lanes, S: Symbols
     return excluded
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def position_bounds(F: Forms, W: LaneArray, model: Any, S: Symbols) -> None:
     """Enclose p = A_1 + x - r_1 over the cells in W[BOUNDS], W[BOUNDS + 1]. Needs ``wrench_rows``.
 
@@ -361,11 +362,12 @@ def position_bounds(F: Forms, W: LaneArray, model: Any, S: Symbols) -> None:
         store(W, BOUNDS + 1, 1, 0.0)
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def solution_bounds(F: Forms, W: LaneArray, model: Any, S: Symbols) -> Lanes:
-    """Enclose p and t of every equilibrium of the taut cables in W[BOUNDS], W[TENSIONS]; 1 where t is bounded.
+    """Enclose p and t of every equilibrium of the taut cables in W[BOUNDS], W[TENSIONS].
 
-    Six lengths alone fix the pose: t is not an unknown then and stands as 0 in the roots. Needs ``wrench_rows``.
+    Returns 1 where t is bounded. Six lengths alone fix the pose: t is not an unknown then and stands as 0 in
+    the roots. Needs ``wrench_rows``.
     """
     position_bounds(F, W, model, S)
     if model.n_taut < MOST_TAUT:
@@ -376,7 +378,7 @@ def solution_bounds(F: Forms, W: LaneArray, model: Any, S: Symbols) -> Lanes:
     return splat(1.0)
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def read_bounds(W: LaneArray, C: LaneArray, lane: int, model: Any, lo: Any, hi: Any) -> None:
     """Write one lane's bounds of (u, p, t), t in the subset's order."""
     for k in range(3):
@@ -387,7 +389,7 @@ def read_bounds(W: LaneArray, C: LaneArray, lane: int, model: Any, lo: Any, hi: 
         lo[6 + i], hi[6 + i] = W[TENSIONS, j, lane], W[TENSIONS + 1, j, lane]
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def prepare(F: Forms, model: Any, C: LaneArray, S: Symbols) -> None:
     """Write everything of the cells that depends on u alone and the triple's normal."""
     rotation_rows(F, C, CHART, S)
@@ -395,7 +397,7 @@ def prepare(F: Forms, model: Any, C: LaneArray, S: Symbols) -> None:
     cross3(F, NORMAL, SECOND + CENTRE, third_block(model) + CENTRE, S)
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def on_branch(F: Forms, W: LaneArray, model: Any, branch: Lanes, S: Symbols) -> Lanes:
     """Write x of one branch; 1 where it is a smooth function over the cell, else 0."""
     pivot = model.orders[0, 0]
@@ -409,7 +411,7 @@ def on_branch(F: Forms, W: LaneArray, model: Any, branch: Lanes, S: Symbols) -> 
     return where_less(0.0, height_sq, proved, 0.0)
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def enclose_cells(F: Forms, W: LaneArray, model: Any, C: LaneArray, S: Symbols) -> Lanes:
     """Enclose p and t of every equilibrium in the cells, see ``solution_bounds``; 1 where that succeeds.
 
@@ -444,7 +446,7 @@ def enclose_cell(
     return bool(covers(W, proved, splat(1.0)))
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def near_root(roots: Any, k: int, C: LaneArray, lane: int, chart: int, size: int) -> bool:
     """Return True when a lane's u lies in the uniqueness box of root ``k``, in its chart."""
     near = roots[k, 0] == C[0, chart, lane]
@@ -454,14 +456,14 @@ def near_root(roots: Any, k: int, C: LaneArray, lane: int, chart: int, size: int
     return bool(near)
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def settled(
     F: Forms, W: LaneArray, model: Any, roots: Any, C: LaneArray, chart: int, states: Any, S: Symbols
 ) -> None:
     """Mark as EMPTY the open lanes all of whose equilibria lie in one root's uniqueness box.
 
-    ``roots`` : (m, 1 + 2 (6 + n)) chart, then lo and hi of the boxes. ``chart`` : the cells' column that holds it.
-    Needs ``wrench_rows``.
+    ``roots`` : (m, 1 + 2 (6 + n)) chart, then lo and hi of the boxes. ``chart`` : the cells'
+    column with theirs. Needs ``wrench_rows``.
     """
     size = 6 + model.n_taut
     bounded = False
@@ -484,7 +486,7 @@ def settled(
                 states[lane] = EMPTY
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def mark(W: LaneArray, flags: Lanes, states: Any, state: int) -> bool:
     """Give open lanes with flags > 0 a state; return True when a lane is still open."""
     store(W, FLAGS, 21, flags)
@@ -496,7 +498,7 @@ def mark(W: LaneArray, flags: Lanes, states: Any, state: int) -> bool:
     return left
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def open_lanes(W: LaneArray, states: Any) -> Lanes:
     """Return 1 in the open lanes, 0 in the others."""
     for lane in range(LANES):
@@ -504,7 +506,7 @@ def open_lanes(W: LaneArray, states: Any) -> Lanes:
     return load(W, FLAGS, 22)
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def copy_cell(C: LaneArray, lane: int, children: Any) -> int:
     """Write a cell as its own only child."""
     for k in range(children.shape[1]):
@@ -512,14 +514,14 @@ def copy_cell(C: LaneArray, lane: int, children: Any) -> int:
     return 1
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def leaf(C: LaneArray, lane: int, children: Any, kind: int) -> int:
     """Return a cell as a leaf."""
     copy_cell(C, lane, children)
     return -kind
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def twins(C: LaneArray, lane: int, children: Any) -> int:
     """Write a cell as two children, each with half its share."""
     width = children.shape[1]
@@ -530,7 +532,7 @@ def twins(C: LaneArray, lane: int, children: Any) -> int:
     return 2
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def halve(C: LaneArray, lane: int, children: Any, lo: int) -> int:
     """Bisect the variable whose bounds stand at ``lo, lo + 1``; a leaf where no double lies between them."""
     m = 0.5 * (C[0, lo, lane] + C[0, lo + 1, lane])
@@ -542,7 +544,7 @@ def halve(C: LaneArray, lane: int, children: Any, lo: int) -> int:
     return 2
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def both_branches(C: LaneArray, lane: int, children: Any) -> int:
     """Split a cell into its two branches."""
     twins(C, lane, children)
@@ -551,7 +553,7 @@ def both_branches(C: LaneArray, lane: int, children: Any) -> int:
     return 2
 
 
-@njit(signatures(types.void, INT, lanes), cache=True, nogil=True)
+@kernel(signatures(types.void, INT, lanes))
 def blank(F: Forms, row: int, keep: Lanes, S: Symbols) -> None:
     """Set a row to zero, the equation 0 = 0, in the lanes where ``keep`` is not positive."""
     K = len(S)
@@ -559,11 +561,11 @@ def blank(F: Forms, row: int, keep: Lanes, S: Symbols) -> None:
         store(F, row, k, where_less(0.0, keep, load(F, row, k), 0.0))
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def contract_open(
     F: Forms, W: LaneArray, C: LaneArray, equations: int, variables: int, states: Any, S: Symbols
 ) -> None:
-    """Contract the open lanes; their states become EMPTY or SMALLER, or stay. Other lanes keep their cells."""
+    """Contract the open lanes; their states become EMPTY or SMALLER, or stay. Others keep their cells."""
     for lane in range(LANES):
         # A lane that counts as empty is left alone.
         W[VERDICTS, 0, lane] = STUCK if states[lane] == OPEN else EMPTY
@@ -573,7 +575,7 @@ def contract_open(
             states[lane] = int(W[VERDICTS, 0, lane])
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def newton(
     F: Forms, W: LaneArray, model: Any, C: LaneArray, lengths: int, rank: int, states: Any, S: Symbols
 ) -> None:
@@ -593,7 +595,7 @@ def newton(
     contract_open(F, W, C, equations, U_SYMBOLS, states, S)
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def widest(C: LaneArray, lane: int) -> int:
     """Return which entry of u is widest in a lane."""
     best = 0
@@ -603,14 +605,14 @@ def widest(C: LaneArray, lane: int) -> int:
     return best
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def width_of(C: LaneArray, lane: int) -> float:
     """Return the width of u in a lane."""
     k = widest(C, lane)
     return float(C[0, 2 * k + 1, lane] - C[0, 2 * k, lane])
 
 
-@njit(cache=True, nogil=True)
+@kernel(inline="always")
 def classify(F: Forms, W: LaneArray, model: Any, roots: Any, C: LaneArray, states: Any, S: Symbols) -> None:
     """Exclude, settle or contract the open lanes."""
     n = model.n_taut
@@ -655,7 +657,7 @@ def classify(F: Forms, W: LaneArray, model: Any, roots: Any, C: LaneArray, state
         newton(F, W, model, C, lengths, rank, states, S)
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def verdict(C: LaneArray, lane: int, state: int, children: Any, leaf_size: float) -> int:
     """Write a lane's children or leaf; see ``engine.batches``."""
     width = width_of(C, lane)
@@ -672,7 +674,7 @@ def verdict(C: LaneArray, lane: int, state: int, children: Any, leaf_size: float
     return int(halve(C, lane, children, 2 * widest(C, lane)))
 
 
-@njit(cache=True, nogil=True)
+@kernel(inline="always")
 def process(context: Any, C: LaneArray, count: int, verdicts: Any, children: Any) -> None:
     """Exclude, contract, settle or split a batch of cells; see ``engine.batches``."""
     model, roots, leaf_size, S, F, W, states = context

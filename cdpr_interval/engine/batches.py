@@ -2,8 +2,8 @@
 
 A problem gives ``process(context, cells, count, verdicts, children)``:
 
-* ``cells`` (1, width, LANES): the batch, one column of a cell a row of lanes; it may be overwritten. Lanes from
-  ``count`` on repeat the last cell and their verdicts are not read.
+* ``cells`` (1, width, LANES): the batch, one column of a cell a row of lanes; it may be overwritten. Lanes
+  from ``count`` on repeat the last cell and their verdicts are not read.
 * ``verdicts`` (LANES,): for every lane 0, the number of children (1 or 2), or minus the kind of a leaf.
 * ``children`` (2 LANES, width): those of lane j in the rows 2 j, 2 j + 1; a leaf in row 2 j.
 

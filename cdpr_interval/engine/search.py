@@ -11,8 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from cdpr_interval.engine.budget import Budget, Stop
 from cdpr_interval.engine.batches import CHILDREN
+from cdpr_interval.engine.budget import Budget, Stop
 from cdpr_interval.engine.depth_first import MAX_CHILDREN
 from cdpr_interval.kernels.lanes import LANES
 
@@ -63,7 +63,8 @@ class Frame:
 
 Run = Callable[[Cells, int, Cells, NDArray[np.int64], Cells, int], tuple[int, int, int]]
 """``run(stack, count, leaves, kinds, children, cell_limit) -> (count, n_leaves, cells)``: a closure over
-the compiled problem and its context that calls ``depth_first`` or ``batches``. One call runs in one thread."""
+the compiled problem and its context that calls ``depth_first`` or ``batches``. One call runs in one
+thread."""
 
 
 def explore(run: Run, frame: Frame, cells: Cells, cell_limit: int) -> Exploration:

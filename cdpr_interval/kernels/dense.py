@@ -6,6 +6,7 @@ from typing import Any
 
 from numba import njit, types
 
+from cdpr_interval.kernels.kernel import kernel
 from cdpr_interval.kernels.lanes import LaneArray, array3, load, store
 
 
@@ -50,7 +51,7 @@ def solve_in_place(a: Any, n: int, columns: int) -> bool:
     return True
 
 
-@njit(types.void(array3, types.int64, types.int64), cache=True, nogil=True)
+@kernel(types.void(array3, types.int64, types.int64))
 def solve_definite(a: LaneArray, n: int, columns: int) -> None:
     """Solve a small positive definite system in every lane, by Gauss-Jordan elimination without pivoting.
 

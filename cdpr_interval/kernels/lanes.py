@@ -34,7 +34,7 @@ WORD = ir.IntType(64)
 INDEX = ir.IntType(32)
 
 
-class LanesType(types.Type):
+class LanesType(types.Type):  # type: ignore[misc]
     """The numba type of ``LANES`` doubles."""
 
     def __init__(self) -> None:
@@ -47,7 +47,7 @@ array3 = types.Array(types.float64, 3, "C")
 
 
 @register_model(LanesType)
-class LanesModel(models.PrimitiveModel):
+class LanesModel(models.PrimitiveModel):  # type: ignore[misc]
     """Lanes are held in one vector register."""
 
     def __init__(self, manager: Any, kind: Any) -> None:
@@ -64,7 +64,7 @@ def address(context: Any, builder: Any, kind: Any, array: Any, i: Any, k: Any) -
     return builder.inttoptr(builder.add(start, offset), VECTOR.as_pointer())
 
 
-@intrinsic  # type: ignore[untyped-decorator]
+@intrinsic
 def load(typing: Any, a: Any, i: Any, k: Any) -> Any:
     """Return a[i, k]."""
 
@@ -74,7 +74,7 @@ def load(typing: Any, a: Any, i: Any, k: Any) -> Any:
     return lanes(array3, types.intp, types.intp), lower
 
 
-@intrinsic  # type: ignore[untyped-decorator]
+@intrinsic
 def store(typing: Any, a: Any, i: Any, k: Any, value: Any) -> Any:
     """Set a[i, k]."""
 
@@ -94,7 +94,7 @@ def broadcast(builder: Any, x: Any) -> Any:
     return builder.shuffle_vector(first, nothing, ir.Constant(ir.VectorType(INDEX, LANES), [0] * LANES))
 
 
-@intrinsic  # type: ignore[untyped-decorator]
+@intrinsic
 def splat(typing: Any, x: Any) -> Any:
     """Return a double in every lane."""
 
@@ -104,7 +104,7 @@ def splat(typing: Any, x: Any) -> Any:
     return lanes(types.float64), lower
 
 
-@intrinsic  # type: ignore[untyped-decorator]
+@intrinsic
 def where_less(typing: Any, a: Any, b: Any, yes: Any, no: Any) -> Any:
     """Return ``yes`` where a < b, else ``no`` (also where a or b is NaN)."""
 
@@ -118,7 +118,7 @@ def where_less(typing: Any, a: Any, b: Any, yes: Any, no: Any) -> Any:
     return lanes(*kinds), lower
 
 
-@intrinsic  # type: ignore[untyped-decorator]
+@intrinsic
 def root(typing: Any, x: Any) -> Any:
     """Return the square root, lane by lane."""
     return lanes(lanes), lambda context, builder, sig, args: call_vector(builder, "sqrt", args)
@@ -136,7 +136,7 @@ def define(function: Callable[..., Any], instruction: str) -> None:
     pairs = ((lanes, lanes), (lanes, types.float64), (types.float64, lanes))
 
     @infer_global(function)
-    class Template(AbstractTemplate):
+    class Template(AbstractTemplate):  # type: ignore[misc]
         """Typing of the operator."""
 
         def generic(self, args: Any, keywords: Any) -> Any:
@@ -162,7 +162,7 @@ for plain, in_place, instruction in (
 
 
 @infer_global(abs)
-class AbsTemplate(AbstractTemplate):
+class AbsTemplate(AbstractTemplate):  # type: ignore[misc]
     """Typing of abs(lanes)."""
 
     def generic(self, args: Any, keywords: Any) -> Any:
@@ -177,7 +177,7 @@ def lower_abs(context: Any, builder: Any, sig: Any, args: Any) -> Any:
 
 
 @infer_global(operator.neg)
-class NegTemplate(AbstractTemplate):
+class NegTemplate(AbstractTemplate):  # type: ignore[misc]
     """Typing of -lanes."""
 
     def generic(self, args: Any, keywords: Any) -> Any:

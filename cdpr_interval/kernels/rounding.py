@@ -21,6 +21,7 @@ import math
 
 from numba import float64, njit
 
+from cdpr_interval.kernels.kernel import kernel
 from cdpr_interval.kernels.lanes import Lanes, lanes, where_less
 
 PHI = 2.0**-53 * (1.0 + 2.0**-52)
@@ -67,19 +68,19 @@ def inflate(error: float, magnitude: float, operations: float) -> float:
     return (error * slop + 2.0 * UNIT * slop * magnitude) + 2.0 * operations * ETA
 
 
-@njit([lanes(lanes)], cache=True, nogil=True)
+@kernel([lanes(lanes)])
 def down_lanes(r: Lanes) -> Lanes:
     """``down`` in every lane."""
     return where_less(LARGEST, r, LARGEST, r - (PHI * abs(r) + ETA))
 
 
-@njit([lanes(lanes)], cache=True, nogil=True)
+@kernel([lanes(lanes)])
 def up_lanes(r: Lanes) -> Lanes:
     """``up`` in every lane."""
     return where_less(r, -LARGEST, -LARGEST, r + (PHI * abs(r) + ETA))
 
 
-@njit([lanes(lanes, lanes, float64)], cache=True, nogil=True)
+@kernel([lanes(lanes, lanes, float64)])
 def inflate_lanes(error: Lanes, magnitude: Lanes, operations: float) -> Lanes:
     """``inflate`` in every lane."""
     slop = 1.0 + 4.0 * operations * UNIT

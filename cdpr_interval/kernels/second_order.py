@@ -1,11 +1,11 @@
 """Second-order forms: centre + linear part + quadratic part in K noise symbols + error, four cells at once.
 
-With ``Q = 1 + K + K (K + 1) / 2`` coefficients, row ``i`` of an array ``F`` of shape (rows, Q + 3, LANES) holds
+With ``Q = 1 + K + K (K + 1) / 2`` coefficients, row ``i`` of an array ``F`` (rows, Q + 3, LANES) holds
 
     c, l_1 .. l_K, q_11 .. q_KK, q_12, q_13, .. q_(K-1)K, error, sum |l|, sum |q|
 
-in every lane and encloses a function of the symbols eps_k in [-1, 1] when for every value of them the function
-differs from c + sum l_k eps_k + sum q_kk eps_k^2 + sum q_km eps_k eps_m by at most ``error``. The two sums
+in every lane and encloses a function of the symbols eps_k in [-1, 1] when for every value of them it differs
+from c + sum l_k eps_k + sum q_kk eps_k^2 + sum q_km eps_k eps_m by at most ``error``. The two sums
 are kept because every product needs them; ``close`` writes them after a row was filled by hand. Each
 lane belongs to another cell and is computed as if it were alone.
 
@@ -26,8 +26,9 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from numba import njit, types
+from numba import types
 
+from cdpr_interval.kernels.kernel import kernel
 from cdpr_interval.kernels.lanes import LaneArray, Lanes, array3, lanes, load, splat, store, where_less
 from cdpr_interval.kernels.rounding import down_lanes, inflate_lanes, up_lanes
 
@@ -57,7 +58,7 @@ ROW = types.int64
 NONE = types.void
 
 
-@njit(signatures(lanes, ROW), cache=True, nogil=True)
+@kernel(signatures(lanes, ROW))
 def magnitude(F: Forms, i: int, S: Symbols) -> Lanes:
     """Return |c| + sum |l| + sum |q|, without the error (rounded to nearest)."""
     K = len(S)
@@ -65,7 +66,7 @@ def magnitude(F: Forms, i: int, S: Symbols) -> Lanes:
     return abs(load(F, i, 0)) + load(F, i, Q + 1) + load(F, i, Q + 2)
 
 
-@njit(signatures(lanes, ROW), cache=True, nogil=True)
+@kernel(signatures(lanes, ROW))
 def largest(F: Forms, i: int, S: Symbols) -> Lanes:
     """Return an upper bound of |form i|; infinite or NaN after an overflow."""
     K = len(S)
@@ -74,7 +75,7 @@ def largest(F: Forms, i: int, S: Symbols) -> Lanes:
     return inflate_lanes(total, splat(0.0), 60.0)
 
 
-@njit(signatures(NONE, ROW), cache=True, nogil=True)
+@kernel(signatures(NONE, ROW))
 def close(F: Forms, i: int, S: Symbols) -> None:
     """Write the sums |l| and |q| of row ``i``."""
     K = len(S)
@@ -93,7 +94,7 @@ def close(F: Forms, i: int, S: Symbols) -> None:
     store(F, i, Q + 2, even + odd)
 
 
-@njit(signatures(NONE, ROW, lanes, lanes), cache=True, nogil=True)
+@kernel(signatures(NONE, ROW, lanes, lanes))
 def constant(F: Forms, out: int, value: Lanes, error: Lanes, S: Symbols) -> None:
     """Set ``out`` to all numbers within ``error`` of ``value``."""
     K = len(S)
@@ -104,7 +105,7 @@ def constant(F: Forms, out: int, value: Lanes, error: Lanes, S: Symbols) -> None
     store(F, out, Q, error)
 
 
-@njit(signatures(NONE, ROW, lanes), cache=True, nogil=True)
+@kernel(signatures(NONE, ROW, lanes))
 def widen(F: Forms, i: int, error: Lanes, S: Symbols) -> None:
     """Add ``error`` to the error of row ``i``."""
     K = len(S)
@@ -112,7 +113,7 @@ def widen(F: Forms, i: int, error: Lanes, S: Symbols) -> None:
     store(F, i, Q, up_lanes(load(F, i, Q) + error))
 
 
-@njit(signatures(types.UniTuple(lanes, 2), ROW), cache=True, nogil=True)
+@kernel(signatures(types.UniTuple(lanes, 2), ROW))
 def bounds(F: Forms, i: int, S: Symbols) -> tuple[Lanes, Lanes]:
     """Enclose the range of form ``i``; (-inf, inf) after an overflow.
 
@@ -142,7 +143,7 @@ def bounds(F: Forms, i: int, S: Symbols) -> tuple[Lanes, Lanes]:
     return where_less(lo, hi, lo, -math.inf), where_less(lo, hi, hi, math.inf)
 
 
-@njit(signatures(NONE, ROW, ROW, lanes), cache=True, nogil=True)
+@kernel(signatures(NONE, ROW, ROW, lanes))
 def scale(F: Forms, out: int, a: int, c: Lanes, S: Symbols) -> None:
     """Set ``out`` to c F[a]; ``out`` may be ``a``."""
     K = len(S)
@@ -157,7 +158,7 @@ def scale(F: Forms, out: int, a: int, c: Lanes, S: Symbols) -> None:
     store(F, out, Q, inflate_lanes(error, abs(load(F, out, 0)) + linear + quadratic, 10.0))
 
 
-@njit(signatures(NONE, ROW, ROW), cache=True, nogil=True)
+@kernel(signatures(NONE, ROW, ROW))
 def copy(F: Forms, out: int, a: int, S: Symbols) -> None:
     """Set ``out`` to F[a]."""
     K = len(S)
@@ -165,7 +166,7 @@ def copy(F: Forms, out: int, a: int, S: Symbols) -> None:
         store(F, out, k, load(F, a, k))
 
 
-@njit(signatures(NONE, ROW, ROW, lanes, ROW, lanes), cache=True, nogil=True)
+@kernel(signatures(NONE, ROW, ROW, lanes, ROW, lanes))
 def combine2(F: Forms, out: int, a: int, ca: Lanes, b: int, cb: Lanes, S: Symbols) -> None:
     """Set ``out`` to ca F[a] + cb F[b]; ``out`` may be one of them."""
     K = len(S)
@@ -188,16 +189,14 @@ def combine2(F: Forms, out: int, a: int, ca: Lanes, b: int, cb: Lanes, S: Symbol
     store(F, out, Q + 2, quadratic)
 
 
-@njit(signatures(NONE, ROW, ROW, lanes), cache=True, nogil=True)
+@kernel(signatures(NONE, ROW, ROW, lanes))
 def add_scaled(F: Forms, out: int, a: int, c: Lanes, S: Symbols) -> None:
     """Add c F[a] to ``out``."""
     combine2(F, out, out, splat(1.0), a, c, S)
 
 
-@njit(signatures(NONE, ROW, ROW, lanes, lanes, lanes, lanes), cache=True, nogil=True)
-def combine3(
-    F: Forms, out: int, a: int, c0: Lanes, c1: Lanes, c2: Lanes, error: Lanes, S: Symbols
-) -> None:
+@kernel(signatures(NONE, ROW, ROW, lanes, lanes, lanes, lanes))
+def combine3(F: Forms, out: int, a: int, c0: Lanes, c1: Lanes, c2: Lanes, error: Lanes, S: Symbols) -> None:
     """Set ``out`` to c0 F[a] + c1 F[a + 1] + c2 F[a + 2], up to ``error``; ``out`` is another row."""
     K = len(S)
     Q = 1 + K + K * (K + 1) // 2
@@ -220,7 +219,7 @@ def combine3(
     store(F, out, Q + 2, quadratic)
 
 
-@njit(lanes(array3, ROW, ROW, array3, ROW), cache=True, nogil=True)
+@kernel(lanes(array3, ROW, ROW, array3, ROW))
 def weighted_column(F: Forms, a: int, column: int, W: LaneArray, y: int) -> Lanes:
     """Return the sum over k < 6 of W[y, k] F[a + k, column], rounded to nearest."""
     first = load(W, y, 0) * load(F, a, column) + load(W, y, 1) * load(F, a + 1, column)
@@ -229,7 +228,7 @@ def weighted_column(F: Forms, a: int, column: int, W: LaneArray, y: int) -> Lane
     return first + (second + load(W, y, 5) * load(F, a + 5, column))
 
 
-@njit(signatures(NONE, ROW, ROW, array3, ROW), cache=True, nogil=True)
+@kernel(signatures(NONE, ROW, ROW, array3, ROW))
 def combine6(F: Forms, out: int, a: int, W: LaneArray, y: int, S: Symbols) -> None:
     """Set ``out`` to the sum over k < 6 of W[y, k] F[a + k]; ``out`` is another row."""
     K = len(S)
@@ -256,7 +255,7 @@ def combine6(F: Forms, out: int, a: int, W: LaneArray, y: int, S: Symbols) -> No
     store(F, out, Q + 2, quadratic)
 
 
-@njit(signatures(NONE, ROW, ROW, array3, ROW), cache=True, nogil=True)
+@kernel(signatures(NONE, ROW, ROW, array3, ROW))
 def moving6(F: Forms, out: int, a: int, W: LaneArray, y: int, S: Symbols) -> None:
     """Set ``out`` to the sum over k < 6 of y_k F[a + k] with y_k = W[y, k] + sum_m W[y + 1 + m, k] eps_m."""
     K = len(S)
@@ -293,7 +292,7 @@ def moving6(F: Forms, out: int, a: int, W: LaneArray, y: int, S: Symbols) -> Non
     store(F, out, Q + 2, quadratic)
 
 
-@njit(signatures(lanes, ROW, ROW), cache=True, nogil=True)
+@kernel(signatures(lanes, ROW, ROW))
 def product_error(F: Forms, a: int, b: int, S: Symbols) -> Lanes:
     """Return the error of F[a] F[b]: terms of third and fourth order, and the factors' errors."""
     K = len(S)
@@ -305,7 +304,7 @@ def product_error(F: Forms, a: int, b: int, S: Symbols) -> Lanes:
     return la * qb + qa * (lb + qb) + ea * (mb + eb) + ma * eb
 
 
-@njit(signatures(NONE, ROW, ROW, ROW, types.float64), cache=True, nogil=True)
+@kernel(signatures(NONE, ROW, ROW, ROW, types.float64))
 def add_product(F: Forms, out: int, a: int, b: int, sign: float, S: Symbols) -> None:
     """Add ``sign`` (1 or -1) times F[a] F[b] to ``out``, another row."""
     K = len(S)
@@ -339,7 +338,7 @@ def add_product(F: Forms, out: int, a: int, b: int, sign: float, S: Symbols) -> 
     store(F, out, Q + 2, quadratic)
 
 
-@njit(signatures(NONE, ROW, ROW, ROW, types.float64), cache=True, nogil=True)
+@kernel(signatures(NONE, ROW, ROW, ROW, types.float64))
 def multiply(F: Forms, out: int, a: int, b: int, sign: float, S: Symbols) -> None:
     """Set ``out`` to ``sign`` (1 or -1) times F[a] F[b]; ``out`` is another row."""
     K = len(S)
@@ -372,7 +371,7 @@ def multiply(F: Forms, out: int, a: int, b: int, sign: float, S: Symbols) -> Non
     store(F, out, Q + 2, quadratic)
 
 
-@njit(signatures(NONE, ROW, ROW, ROW), cache=True, nogil=True)
+@kernel(signatures(NONE, ROW, ROW, ROW))
 def dot3(F: Forms, out: int, a: int, b: int, S: Symbols) -> None:
     """Set ``out`` to F[a] F[b] + F[a + 1] F[b + 1] + F[a + 2] F[b + 2]."""
     multiply(F, out, a, b, 1.0, S)
@@ -380,7 +379,7 @@ def dot3(F: Forms, out: int, a: int, b: int, S: Symbols) -> None:
     add_product(F, out, a + 2, b + 2, 1.0, S)
 
 
-@njit(signatures(NONE, ROW, ROW, ROW), cache=True, nogil=True)
+@kernel(signatures(NONE, ROW, ROW, ROW))
 def cross3(F: Forms, out: int, a: int, b: int, S: Symbols) -> None:
     """Set the rows ``out`` .. ``out + 2`` to the cross product of the vectors in rows ``a`` and ``b``."""
     for k in range(3):
