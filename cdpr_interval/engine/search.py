@@ -19,7 +19,9 @@ from cdpr_interval.kernels.lanes import LANES
 Cells = NDArray[np.float64]
 
 CHUNK_CELLS = 20_000
-"""Cells a thread looks at before it reports: 20-50 ms, the reaction time to Ctrl-C and limits."""
+"""Cells a thread that works alone looks at before it reports: about 50 ms, the reaction time to Ctrl-C."""
+SHARED_CHUNK_CELLS = 1_500
+"""The same with several threads: about 4 ms, the longest that one waits for another at the end."""
 STACK_ROWS = 4_096
 """Rows of a thread's stack: depth-first search holds a few rows a level, beside its start cells."""
 LEAF_ROWS = 4_096
@@ -123,6 +125,7 @@ class Search:
         self.store = Store(cells, threads)
         self.budget = budget
         self.threads = threads
+        self.chunk_cells = CHUNK_CELLS if threads == 1 else SHARED_CHUNK_CELLS
         self.report = report
         self.lock = threading.Condition()
         self.busy = 0
@@ -158,7 +161,7 @@ class Search:
             if block is None:
                 return
             done: Exploration | None = None
-            allowed = self.budget.reserve(CHUNK_CELLS)
+            allowed = self.budget.reserve(self.chunk_cells)
             try:
                 if allowed:
                     done = explore(run, frame, block, allowed)
