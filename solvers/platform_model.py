@@ -95,7 +95,7 @@ class Model(NamedTuple):
     """(m, n) permutations of the taut cables; the first three of a row are its triple."""
 
 
-def _split(ranges: list[Range]) -> tuple[Floats, Floats]:
+def split(ranges: list[Range]) -> tuple[Floats, Floats]:
     """Return middles and error bounds of exact ranges."""
     middles, errors = [], []
     for r in ranges:
@@ -108,7 +108,7 @@ def _split(ranges: list[Range]) -> tuple[Floats, Floats]:
 
 
 def _vectors(vectors: list[RangeVector]) -> tuple[Floats, Floats]:
-    m, e = _split([x for v in vectors for x in v])
+    m, e = split([x for v in vectors for x in v])
     return m.reshape(-1, 3), e.reshape(-1, 3)
 
 
@@ -180,11 +180,11 @@ def build_model(
     db, db_err = (x.reshape(count, count, 3) for x in _vectors(steps_b))
     square, square_err = (
         x.reshape(count, count)
-        for x in _split([_norm_sq(x) + _norm_sq(y) for x, y in zip(steps_a, steps_b, strict=True)])
+        for x in split([_norm_sq(x) + _norm_sq(y) for x, y in zip(steps_a, steps_b, strict=True)])
     )
     squares = [Range(r.lo**2, r.hi**2) for r in lengths]
-    l_sq, l_sq_err = _split(squares)
-    f, f_err = _split(list(load))
+    l_sq, l_sq_err = split(squares)
+    f, f_err = split(list(load))
     return Model(
         n_taut=n_taut,
         planar=planar,

@@ -181,49 +181,44 @@ def cable_derivatives(n: int, i: int, t0: float, t1: float, r: Any, q: Any, e: A
 
 
 @njit(cache=True, nogil=True)
-def reduced(n: int, rows: Any, free: Any, full: Any, column: int, out: Any) -> None:
-    """Keep the n length equations and the combinations ``rows`` of the statics ones.
-
-    ``full`` (n + 6, m, 2); writes column ``column`` of it, reduced, to out (n + len(rows), 2).
-    """
-    for i in range(n):
-        out[i, 0] = full[i, column, 0]
-        out[i, 1] = full[i, column, 1]
-    for i in range(rows.shape[0]):
-        lo, hi = 0.0, 0.0
-        for k in range(6):
-            c = rows[i, k]
-            if c != 0.0:
-                a, b = interval.scale(c, full[n + k, column, 0], full[n + k, column, 1])
-                lo, hi = interval.add(lo, hi, a, b)
-        out[n + i, 0] = lo
-        out[n + i, 1] = hi
-
-
-@njit(cache=True, nogil=True)
 def jacobian_over(model: Any, chart: int, rows: Any, free: Any, z: Any, J: Any) -> None:
     """Enclose the reduced square Jacobian (m, m, 2) over the box z (6 + n, 2)."""
     n = model.n_taut
-    m = free.shape[0]
-    full_f = np.empty((n + 6, 2))
+    f = np.empty((n + 6, 2))
     full = np.empty((n + 6, 6 + n, 2))
-    system(model, chart, z, full_f, full, True)
-    column = np.empty((m, 2))
-    for j in range(m):
-        reduced(n, rows, free, full, free[j], column)
-        for i in range(m):
-            J[i, j, 0] = column[i, 0]
-            J[i, j, 1] = column[i, 1]
+    system(model, chart, z, f, full, True)
+    for j in range(free.shape[0]):
+        for i in range(n):
+            J[i, j, 0] = full[i, free[j], 0]
+            J[i, j, 1] = full[i, free[j], 1]
+        for i in range(rows.shape[0]):
+            lo, hi = 0.0, 0.0
+            for k in range(6):
+                if rows[i, k] != 0.0:
+                    a, b = interval.scale(rows[i, k], full[n + k, free[j], 0], full[n + k, free[j], 1])
+                    lo, hi = interval.add(lo, hi, a, b)
+            J[n + i, j, 0] = lo
+            J[n + i, j, 1] = hi
 
 
 @njit(cache=True, nogil=True)
 def residual_at(model: Any, chart: int, rows: Any, free: Any, z: Any, out: Any) -> None:
     """Enclose the reduced equations (m, 2) over the box z."""
     n = model.n_taut
-    full = np.empty((n + 6, 1, 2))
+    f = np.empty((n + 6, 2))
     unused = np.empty((1, 1, 2))
-    system(model, chart, z, full[:, 0, :], unused, False)
-    reduced(n, rows, free, full, 0, out)
+    system(model, chart, z, f, unused, False)
+    for i in range(n):
+        out[i, 0] = f[i, 0]
+        out[i, 1] = f[i, 1]
+    for i in range(rows.shape[0]):
+        lo, hi = 0.0, 0.0
+        for k in range(6):
+            if rows[i, k] != 0.0:
+                a, b = interval.scale(rows[i, k], f[n + k, 0], f[n + k, 1])
+                lo, hi = interval.add(lo, hi, a, b)
+        out[n + i, 0] = lo
+        out[n + i, 1] = hi
 
 
 @njit(cache=True, nogil=True)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -11,7 +12,10 @@ from numpy.typing import NDArray
 from cdpr_interval.robots.model import Robot
 from solvers import balls
 from solvers.orientation import quaternion_from_rotation, rpy_from_rotation
-from solvers.platform_frame import Pose
+from solvers.platform_fields import OPEN, STABLE, Cables, Fields, fill_fields
+from solvers.platform_frame import Frame, Pose
+from solvers.platform_prepared import Lengths
+from solvers.platform_roots import Root
 from solvers.problem import Options, Problem
 from solvers.result import CableState, Family, Nominal, Proof, Solution, Stability
 from solvers.stability import classify
@@ -119,6 +123,71 @@ def pose_solution(
     )
 
 
+def fields_of(
+    cables: Cables, lengths: Lengths, taut: tuple[int, ...], frame: Frame, roots: Sequence[Root]
+) -> Fields:
+    """Return what the roots of one search report, in bounds."""
+    m, n, count = len(roots), len(taut), len(cables.exits)
+    fields = Fields(
+        np.empty((m, 3, 3, 2)),
+        np.empty((m, 3, 2)),
+        np.empty((m, 2)),
+        np.empty((m, count, 2)),
+        np.empty((m, n, 2)),
+        np.zeros((m, count, 2)),
+        np.empty(m, dtype=np.int64),
+    )
+    if roots:
+        boxes = np.array([root.box for root in roots])
+        charts = np.array([root.chart for root in roots])
+        indices = np.array(taut, dtype=np.int64)
+        fill_fields(cables, frame.bounds, boxes, charts, indices, lengths.bounds, fields)
+    return fields
+
+
+def decided_solution(
+    options: Options, lengths: Lengths, taut: tuple[int, ...], fields: Fields, k: int
+) -> tuple[bool, Solution | None]:
+    """Return whether root k is decided, and then its solution, or None where it is proved to be none.
+
+    What is decided here is what ``pose_solution`` would decide.
+    """
+    signs = [1 if lo > 0.0 else -1 if hi < 0.0 else 0 for lo, hi in fields.densities[k].tolist()]
+    if not options.ignore_tension_sign and -1 in signs:
+        return True, None
+    distances, limits = fields.distances[k].tolist(), lengths.bounds.tolist()
+    slack = [
+        1 if d[1] < limit[0] else -1 if d[0] > limit[1] else 0
+        for d, limit in zip(distances, limits, strict=True)
+    ]
+    others = [slack[i] for i in range(len(slack)) if i not in taut]
+    if -1 in others and not options.ignore_slack:
+        return True, None
+    decided = 0 not in others and 0 not in signs and fields.verdicts[k] != OPEN
+    if not (decided and np.isfinite(fields.tensions[k]).all()):
+        return False, None
+    rotation, position = fields.rotation[k], fields.position[k]
+    states = [CableState.TAUT if i in taut else CableState.SLACK for i in range(len(slack))]
+    return True, Solution(
+        taut=taut,
+        cable_states=tuple(states),
+        position=position,
+        rotation=rotation,
+        height=fields.height[k],
+        tensions=fields.tensions[k],
+        distances=fields.distances[k],
+        slack_respected=-1 not in others,
+        proof=Proof.INTERVAL_NEWTON,
+        stability=Stability.STABLE if fields.verdicts[k] == STABLE else Stability.UNSTABLE,
+        nominal=nominal_pose(middles(position), middles(rotation)),
+    )
+
+
+def middles(bounds: Floats) -> Floats:
+    """Return the middles of bounds (..., 2)."""
+    return np.asarray(0.5 * bounds[..., 0] + 0.5 * bounds[..., 1])
+
+
 def is_slack(problem: Problem, view: Geometry, i: int) -> bool | None:
     """Return True: shorter than its length; False: longer; None: undecided."""
     length = length_ball(problem, i)
@@ -142,11 +211,13 @@ def height(robot: Robot, centre: arb_mat) -> Floats:
 
 def nominal(robot: Robot, pose: Pose) -> Nominal:
     """Return plain floats in the middle of the pose."""
-    p = balls.middle(origin(robot, pose))[:, 0]
-    R = balls.middle(pose.rotation)
-    w, x, y, z = (float(c) for c in quaternion_from_rotation(R))
-    roll, pitch, yaw = (float(c) for c in rpy_from_rotation(R))
-    return Nominal((float(p[0]), float(p[1]), float(p[2])), (w, x, y, z), (roll, pitch, yaw))
+    return nominal_pose(balls.middle(origin(robot, pose))[:, 0], balls.middle(pose.rotation))
+
+
+def nominal_pose(position: Floats, rotation: Floats) -> Nominal:
+    """Return a pose in plain floats, its rotation in the three ways."""
+    x, y, z = position.tolist()
+    return Nominal((x, y, z), quaternion_from_rotation(rotation), rpy_from_rotation(rotation))
 
 
 def solve_densities(problem: Problem, taut: tuple[int, ...], pose: Pose) -> Pose | None:

@@ -191,13 +191,8 @@ def test_rows_and_fixed_unknowns_select_from_the_full_system() -> None:
 def proved_root(robot: Planted) -> tuple[Prover, Root | None]:
     """Find and prove the planted root from a start beside it."""
     prover = Prover(robot.model, GEOMETRY if robot.n == 6 else GENERAL)
-    start = prover.start(
-        robot.chart, np.array(list(map(float, robot.u))), np.array(list(map(float, robot.p)))
-    )
-    start[:6] += 1e-5 * np.sin(np.arange(6))
-    z = prover.polish(robot.chart, start)
-    assert z is not None
-    return prover, prover.prove(robot.chart, z)
+    start = np.array([float(x) for x in [*robot.u, *robot.p]]) + 1e-5 * np.sin(np.arange(6))
+    return prover, prover.root_near(robot.chart, start[:3], start[3:])
 
 
 def exact_unknowns(robot: Planted) -> list[Fraction]:
@@ -220,7 +215,7 @@ def test_planted_roots_are_proved_and_lie_in_their_boxes(n: int) -> None:
 
 def setup(prover: Prover, chart: int, z: Any) -> tuple[Any, Any, Any]:
     """Return rows, free unknowns and the preconditioner at a float point."""
-    rows, free = prover.reduction.rows(z, chart), prover.reduction.free(prover.model.n_taut, chart)
+    rows, free = prover.system.rows, prover.system.free[chart]
     m = len(free)
     J, C = np.empty((m, m, 2)), np.empty((m, m))
     newton.jacobian_over(prover.model, chart, rows, free, np.column_stack([z, z]), J)
@@ -282,9 +277,7 @@ def swing_roots(above: float) -> tuple[Prover, list[Root]]:
     roots: list[Root] = []
     for u in (-tilt, 0.0, tilt):
         p = np.array([9.2 * u, 0.0, -math.sqrt(3.0) - CRITICAL - above])
-        z = prover.polish(0, prover.start(0, np.array([0.0, u, 0.0]), p))
-        assert z is not None
-        root = prover.prove(0, z)
+        root = prover.root_near(0, np.array([0.0, u, 0.0]), p)
         assert root is not None
         roots.append(root)
     return prover, roots
