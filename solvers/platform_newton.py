@@ -25,6 +25,8 @@ PERRON_STEPS = 12
 """Steps of the search for a positive vector that proves a matrix close to the identity regular."""
 PERRON_FLOOR = 1e-3
 """Share of the vector before that is kept."""
+BELOW_ONE = 1.0 - 2.0**-53
+"""Largest double below 1."""
 
 
 @njit(cache=True, nogil=True)
@@ -180,13 +182,30 @@ def cable_derivatives(n: int, i: int, t0: float, t1: float, r: Any, q: Any, e: A
         accumulate(J, n + 3 + b, 3 + k, x0, x1)
 
 
+@njit("void(i8, f8[:, ::1], f8[:, ::1], f8[:, ::1])", cache=True, nogil=True)
+def keep(n: int, rows: Any, f: Any, out: Any) -> None:
+    """Keep the n length equations and the combinations ``rows`` of the statics ones of f (n + 6, 2)."""
+    for i in range(n):
+        out[i, 0] = f[i, 0]
+        out[i, 1] = f[i, 1]
+    for i in range(rows.shape[0]):
+        lo, hi = 0.0, 0.0
+        for k in range(6):
+            if rows[i, k] != 0.0:
+                a, b = interval.scale(rows[i, k], f[n + k, 0], f[n + k, 1])
+                lo, hi = interval.add(lo, hi, a, b)
+        out[n + i, 0] = lo
+        out[n + i, 1] = hi
+
+
 @njit(cache=True, nogil=True)
-def jacobian_over(model: Any, chart: int, rows: Any, free: Any, z: Any, J: Any) -> None:
-    """Enclose the reduced square Jacobian (m, m, 2) over the box z (6 + n, 2)."""
+def jacobian_over(model: Any, chart: int, rows: Any, free: Any, z: Any, f: Any, J: Any) -> None:
+    """Enclose the reduced equations f (m, 2) and their Jacobian J (m, m, 2) over the box z (6 + n, 2)."""
     n = model.n_taut
-    f = np.empty((n + 6, 2))
+    full_f = np.empty((n + 6, 2))
     full = np.empty((n + 6, 6 + n, 2))
-    system(model, chart, z, f, full, True)
+    system(model, chart, z, full_f, full, True)
+    keep(n, rows, full_f, f)
     for j in range(free.shape[0]):
         for i in range(n):
             J[i, j, 0] = full[i, free[j], 0]
@@ -203,22 +222,12 @@ def jacobian_over(model: Any, chart: int, rows: Any, free: Any, z: Any, J: Any) 
 
 @njit(cache=True, nogil=True)
 def residual_at(model: Any, chart: int, rows: Any, free: Any, z: Any, out: Any) -> None:
-    """Enclose the reduced equations (m, 2) over the box z."""
+    """Enclose the reduced equations (m, 2) over the box z (6 + n, 2)."""
     n = model.n_taut
     f = np.empty((n + 6, 2))
     unused = np.empty((1, 1, 2))
     system(model, chart, z, f, unused, False)
-    for i in range(n):
-        out[i, 0] = f[i, 0]
-        out[i, 1] = f[i, 1]
-    for i in range(rows.shape[0]):
-        lo, hi = 0.0, 0.0
-        for k in range(6):
-            if rows[i, k] != 0.0:
-                a, b = interval.scale(rows[i, k], f[n + k, 0], f[n + k, 1])
-                lo, hi = interval.add(lo, hi, a, b)
-        out[n + i, 0] = lo
-        out[n + i, 1] = hi
+    keep(n, rows, f, out)
 
 
 @njit(cache=True, nogil=True)
@@ -251,8 +260,7 @@ def newton(model: Any, chart: int, rows: Any, free: Any, z: Any, steps: int) -> 
         for k in range(z.shape[0]):
             box[k, 0] = z[k]
             box[k, 1] = z[k]
-        jacobian_over(model, chart, rows, free, box, J)
-        residual_at(model, chart, rows, free, box, f)
+        jacobian_over(model, chart, rows, free, box, f, J)
         for i in range(m):
             for j in range(m):
                 a[i, j] = 0.5 * (J[i, j, 0] + J[i, j, 1])
@@ -275,8 +283,8 @@ def newton(model: Any, chart: int, rows: Any, free: Any, z: Any, steps: int) -> 
 def krawczyk_matrix(model: Any, chart: int, rows: Any, free: Any, C: Any, z: Any, out: Any) -> None:
     """Enclose I - C J(z) in out (m, m, 2)."""
     m = free.shape[0]
-    J = np.empty((m, m, 2))
-    jacobian_over(model, chart, rows, free, z, J)
+    J, f = np.empty((m, m, 2)), np.empty((m, 2))
+    jacobian_over(model, chart, rows, free, z, f, J)
     for i in range(m):
         for j in range(m):
             lo = 1.0 if i == j else 0.0
@@ -330,12 +338,13 @@ def krawczyk(model: Any, chart: int, rows: Any, free: Any, C: Any, z: Any, image
 
 
 @njit(cache=True, nogil=True)
-def regular(model: Any, chart: int, rows: Any, free: Any, C: Any, z: Any) -> bool:
-    """Return True when the square system has at most one zero in the box z (for every choice of data).
+def growth(model: Any, chart: int, rows: Any, free: Any, C: Any, z: Any) -> float:
+    """Return how much |I - C J(z)| stretches a positive vector: below 1 only with a proof, infinite if unknown.
 
-    Proof: |I - C J(z)| v < v for one v > 0 shows that every matrix in C J(z) is regular; two zeros would
-    differ by a kernel vector of one of them (mean value theorem, row by row). v comes from a few steps
-    of power iteration, started at the box's half widths.
+    Guarantee: a value below 1 proves that the square system has at most one zero in the box z, for every
+    choice of data. Proof: |I - C J(z)| v < v for one v > 0 shows that every matrix in C J(z) is regular; two
+    zeros would differ by a kernel vector of one of them (mean value theorem, row by row). v comes from
+    power iteration, started at the box's half widths; the value estimates the spectral radius from above.
     """
     m = free.shape[0]
     E = np.empty((m, m, 2))
@@ -344,22 +353,32 @@ def regular(model: Any, chart: int, rows: Any, free: Any, C: Any, z: Any) -> boo
     image = np.empty(m)
     for i in range(m):
         v[i] = up(z[free[i], 1] - z[free[i], 0]) + 1e-300
+    best = math.inf
     for _ in range(PERRON_STEPS):
         smaller = True
+        ratio, largest = 0.0, 0.0
         for i in range(m):
             total = 0.0
             for j in range(m):
                 total = up(total + up(interval.mag(E[i, j, 0], E[i, j, 1]) * v[j]))
             image[i] = total
+            if not v[i] > 0.0:
+                return best
             smaller = smaller and total < v[i]
-        if smaller:
-            return True
-        largest = 0.0
-        for i in range(m):
-            largest = max(largest, image[i])
-        if not 0.0 < largest < math.inf:
-            return False
+            ratio = max(ratio, total / v[i])
+            largest = max(largest, total)
+        if not largest < math.inf:
+            return math.inf
+        best = min(best, min(ratio, BELOW_ONE) if smaller else max(ratio, 1.0))
+        if not 0.0 < largest:
+            return best
         for i in range(m):
             # The floor keeps v positive and the comparison strict where a row of E vanishes.
             v[i] = image[i] / largest + PERRON_FLOOR * v[i]
-    return False
+    return best
+
+
+@njit(cache=True, nogil=True)
+def regular(model: Any, chart: int, rows: Any, free: Any, C: Any, z: Any) -> bool:
+    """Return True when the square system has at most one zero in the box z (for every choice of data)."""
+    return bool(growth(model, chart, rows, free, C, z) < 1.0)

@@ -33,10 +33,12 @@ REFINEMENTS = 3
 """Most Krawczyk steps after the proof; each contracts quadratically down to rounding."""
 REFINED = 0.9
 """A refinement that leaves every side at least this share of its width is the last."""
-FIRST_REACH = 0.25
-"""Half width in u of the first uniqueness box tried."""
-LAST_REACH = 1e-9
-"""Smallest one: below it rounding alone fills the box."""
+LARGEST_REACH = 0.25
+"""Half width in u of the largest uniqueness box tried; the others are this times powers of 1/2."""
+FIRST_HALVING, LAST_HALVING = 3, 27
+"""Power of 1/2 tried first, and the last one: below it rounding alone fills the box."""
+LARGER = 0.51
+"""Growth below which twice the reach may be provable: it doubles at least with the reach."""
 ROD_WIDTH = 0.1
 """Widest box in u about a rod: the two kept moments then stay independent of the rod's direction."""
 MARGIN = 0.1
@@ -233,55 +235,54 @@ def statics_rows(system: Any, chart: int, z: Any, rows: Any) -> None:
 
 
 @njit(cache=True, nogil=True)
-def existence_box(model: Any, chart: int, rows: Any, free: Any, C: Any, z: Any, box: Any, image: Any) -> bool:
+def existence_box(model: Any, chart: int, rows: Any, free: Any, C: Any, z: Any, f: Any, box: Any) -> bool:
     """Grow a box around z until the Krawczyk operator maps it strictly into itself, and contract it.
+
+    ``f`` (m, 2) are the residuals at z.
 
     Guarantee: where True is returned, ``box`` (6 + n, 2) holds exactly one zero for every choice of data.
     """
     m = free.shape[0]
+    image = np.empty(box.shape)
     most = 0.0
     for k in range(z.shape[0]):
         box[k, 0] = z[k]
         box[k, 1] = z[k]
         if k < 6:
             most = max(most, abs(z[k]))
-    residual = np.empty((m, 2))
-    newton.residual_at(model, chart, rows, free, box, residual)
     for i in range(m):
         radius = 0.0
         for j in range(m):
-            radius += abs(C[i, j]) * max(abs(residual[j, 0]), abs(residual[j, 1]))
+            radius += abs(C[i, j]) * max(abs(f[j, 0]), abs(f[j, 1]))
         image[free[i], 0] = z[free[i]] - radius
         image[free[i], 1] = z[free[i]] + radius
-    for _ in range(INFLATIONS):
+    proved = False
+    for step in range(INFLATIONS + REFINEMENTS):
+        if step >= INFLATIONS and not proved:
+            return False
+        if not proved:
+            for i in range(m):
+                k = free[i]
+                if not (image[k, 1] - image[k, 0] < math.inf):
+                    return False
+                slack = MARGIN * (image[k, 1] - image[k, 0]) + 1e-15 * (abs(z[k]) + most)
+                box[k, 0] = image[k, 0] - slack
+                box[k, 1] = image[k, 1] + slack
+        inside = newton.krawczyk(model, chart, rows, free, C, box, image)
+        if not (proved or inside):
+            continue
+        # The zero lies in the box and, once that is proved, in every image.
+        smaller = not proved
+        proved = True
         for i in range(m):
-            k = free[i]
-            if not (image[k, 1] - image[k, 0] < math.inf):
-                return False
-            slack = MARGIN * (image[k, 1] - image[k, 0]) + 1e-15 * (abs(z[k]) + most)
-            box[k, 0] = image[k, 0] - slack
-            box[k, 1] = image[k, 1] + slack
-        if newton.krawczyk(model, chart, rows, free, C, box, image):
-            refine(model, chart, rows, free, C, box, image)
-            return True
-    return False
-
-
-@njit(cache=True, nogil=True)
-def refine(model: Any, chart: int, rows: Any, free: Any, C: Any, box: Any, image: Any) -> None:
-    """Contract a proved box: the zero lies in the box and in every image."""
-    for step in range(REFINEMENTS + 1):
-        if step:
-            newton.krawczyk(model, chart, rows, free, C, box, image)
-        smaller = step == 0
-        for i in range(free.shape[0]):
             k = free[i]
             lo, hi = max(box[k, 0], image[k, 0]), min(box[k, 1], image[k, 1])
             smaller = smaller or hi - lo < REFINED * (box[k, 1] - box[k, 0])
             box[k, 0] = lo
             box[k, 1] = hi
         if not smaller:
-            return
+            return True
+    return proved
 
 
 @njit(cache=True, nogil=True)
@@ -371,32 +372,20 @@ def claim(leaves: Any, todo: Any, k: int, chart: int, branch: int, reach: float)
             todo[i] = False
 
 
-@njit(cache=True, nogil=True)
-def enclosed_root(
-    model: Any, one_choice: Any, chart: int, rows: Any, free: Any, C: Any, z: Any, box: Any, core: Any
-) -> bool:
-    """Prove that exactly one zero lies near the float zero z: its box, and its box for one choice of lengths.
+@njit("i8(i8, i8, f8)", cache=True, nogil=True)
+def next_halving(halving: int, proved: int, growth: float) -> int:
+    """Return which power of 1/2 to try after ``halving`` gave this growth; -1 when the search is over.
 
-    C (m, m) becomes the preconditioner.
+    ``proved`` is the smallest power proved so far, -1 for none. The growth at least doubles with the reach.
     """
-    m = free.shape[0]
-    image = np.empty((z.shape[0], 2))
-    J = np.empty((m, m, 2))
-    for k in range(z.shape[0]):
-        image[k, 0] = z[k]
-        image[k, 1] = z[k]
-    newton.jacobian_over(model, chart, rows, free, image, J)
-    if not newton.inverse_at(J, C) or not np.isfinite(C).all():
-        return False
-    if not existence_box(model, chart, rows, free, C, z, box, image):
-        return False
-    copy(box, core)
-    ranges = False
-    for i in range(model.n_taut):
-        ranges = ranges or model.lengths[i, 0] < model.lengths[i, 1]
-    if ranges and not existence_box(one_choice, chart, rows, free, C, z, core, image):
-        copy(box, core)
-    return True
+    if growth < 1.0:
+        return halving - 1 if growth < LARGER else -1
+    if proved >= 0 or halving == LAST_HALVING:
+        return -1
+    steps = 1
+    while steps < 8 and growth < math.inf and growth > 2.0**steps:
+        steps += 1
+    return min(halving + steps, LAST_HALVING)
 
 
 @njit(cache=True, nogil=True)
@@ -440,9 +429,13 @@ def find_roots(
     branch_column = -1 if in_position else turn.BRANCH
     z = np.empty(6 + model.n_taut)
     lo, hi = np.empty(z.shape[0]), np.empty(z.shape[0])
-    rows = np.empty(system.rows.shape)
-    C = np.empty((system.free.shape[1], system.free.shape[1]))
+    trial, m = np.empty((z.shape[0], 2)), system.free.shape[1]
+    rows, f = np.empty(system.rows.shape), np.empty((m, 2))
+    J, C = np.empty((m, m, 2)), np.empty((m, m))
     cell, wide_cell = np.empty(turn.WIDTH), np.empty(pose.P_WIDTH)
+    ranges = False
+    for i in range(model.n_taut):
+        ranges = ranges or model.lengths[i, 0] < model.lengths[i, 1]
     starts = 0
     for k in range(first, leaves.shape[0]):
         if not todo[k]:
@@ -464,16 +457,22 @@ def find_roots(
             continue
         statics_rows(system, chart, z, rows)
         box, core, unique = bench.boxes[count], bench.cores[count], bench.unique[count]
-        if not enclosed_root(model, one_choice, chart, rows, free, C, z, box, core):
+        for i in range(z.shape[0]):
+            box[i, 0] = z[i]
+            box[i, 1] = z[i]
+        newton.jacobian_over(model, chart, rows, free, box, f, J)
+        if not newton.inverse_at(J, C) or not np.isfinite(C).all():
+            continue
+        if not existence_box(model, chart, rows, free, C, z, f, box):
             continue
         widest = 0.0
         for i in range(3):
             widest = max(widest, box[i, 1] - box[i, 0])
         if system.rod and widest > ROD_WIDTH:
             continue
-        reach = FIRST_REACH
-        proved = False
-        while reach > LAST_REACH and not proved:
+        halving, proved = FIRST_HALVING, -1
+        while halving >= 0:
+            reach = LARGEST_REACH * 0.5**halving
             cell_around(system, model, chart, box, reach, cell)
             bounded = turn.enclose_cell(bench.forms, bench.work, model, cell, ROTATION_ONLY, lo, hi)
             if not bounded:
@@ -481,12 +480,26 @@ def find_roots(
                 bounded = pose.enclose_cell(
                     bench.wide_forms, bench.work, model, wide_cell, WHOLE_POSE, lo, hi
                 )
+            growth = math.inf
             if bounded:
-                widened(box, lo, hi, free, unique)
-                proved = newton.regular(model, chart, rows, free, C, unique)
-            reach *= 0.5
-        if not proved:
+                widened(box, lo, hi, free, trial)
+                growth = newton.growth(model, chart, rows, free, C, trial)
+            if growth < 1.0:
+                proved = halving
+                copy(trial, unique)
+            halving = next_halving(halving, proved, growth)
+        if proved < 0:
             continue
+        # One choice of the lengths: a smaller box, to tell roots apart by.
+        narrower = False
+        if ranges:
+            for i in range(z.shape[0]):
+                core[i, 0] = z[i]
+                core[i, 1] = z[i]
+            newton.residual_at(one_choice, chart, rows, free, core, f)
+            narrower = existence_box(one_choice, chart, rows, free, C, z, f, core)
+        if not narrower:
+            copy(box, core)
         for i in range(z.shape[0]):
             lo[i] = core[i, 0]
             hi[i] = core[i, 1]

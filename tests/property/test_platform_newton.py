@@ -173,8 +173,10 @@ def test_rows_and_fixed_unknowns_select_from_the_full_system() -> None:
         rows[1, 2] = 0.0
         free = np.array([0, 1, 3, 4, 5, 6, 8, 9])
         J, f = np.empty((8, 8, 2)), np.empty((8, 2))
-        newton.jacobian_over(robot.model, 2, rows, free, box, J)
-        newton.residual_at(robot.model, 2, rows, free, box, f)
+        alone = np.empty((8, 2))
+        newton.jacobian_over(robot.model, 2, rows, free, box, f, J)
+        newton.residual_at(robot.model, 2, rows, free, box, alone)
+        assert np.array_equal(f, alone)
         z = point_in(rng, box)
         for column, k in enumerate(free):
             full = equations(robot, 2, [Dual(x, int(j == k)) for j, x in enumerate(z)])
@@ -217,8 +219,8 @@ def setup(prover: Prover, chart: int, z: Any) -> tuple[Any, Any, Any]:
     """Return rows, free unknowns and the preconditioner at a float point."""
     rows, free = prover.system.rows, prover.system.free[chart]
     m = len(free)
-    J, C = np.empty((m, m, 2)), np.empty((m, m))
-    newton.jacobian_over(prover.model, chart, rows, free, np.column_stack([z, z]), J)
+    f, J, C = np.empty((m, 2)), np.empty((m, m, 2)), np.empty((m, m))
+    newton.jacobian_over(prover.model, chart, rows, free, np.column_stack([z, z]), f, J)
     assert newton.inverse_at(J, C)
     return rows, free, C
 
