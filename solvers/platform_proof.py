@@ -20,7 +20,6 @@ from cdpr_interval.kernels.second_order import ROTATION_ONLY, WHOLE_POSE
 from solvers import platform_newton as newton
 from solvers import platform_pose as pose
 from solvers import platform_turn as turn
-from solvers.platform_model import HALF_TURNS
 
 Floats = NDArray[np.float64]
 
@@ -90,74 +89,7 @@ def copy(a: Any, out: Any) -> None:
         out[k, 1] = a[k, 1]
 
 
-@njit(cache=True, nogil=True)
-def rotation_at(u: Any, chart: int, R: Any) -> None:
-    """Write R(u) D_c (3, 3) in floats."""
-    square = u[0] * u[0] + u[1] * u[1] + u[2] * u[2]
-    g = 2.0 / (1.0 + square)
-    for i in range(3):
-        for j in range(3):
-            if i == j:
-                value = 1.0 + g * (u[i] * u[i] - square)
-            elif (j - i) % 3 == 1:
-                value = g * (u[i] * u[j] - u[3 - i - j])
-            else:
-                value = g * (u[i] * u[j] + u[3 - i - j])
-            R[i, j] = value * HALF_TURNS[chart, j]
-
-
-@njit(cache=True, nogil=True)
-def centre_at(model: Any, chart: int, R: Any, i: int, out: Any) -> None:
-    """Write the centre c_i = A_i - R b_i of a taut cable's sphere, in floats."""
-    for k in range(3):
-        out[k] = model.anchors[i, k]
-        for c in range(3):
-            # The half turns are in R already.
-            out[k] -= R[k, c] * model.points[0, i, c]
-
-
-@njit(cache=True, nogil=True)
-def leaf_pose(model: Any, system: Any, leaf: Any, in_position: bool, z: Any) -> None:
-    """Write u and p at the middle of a leaf to z, in floats; what the reduction fixes becomes exactly 0."""
-    chart = int(leaf[pose.P_CHART if in_position else turn.CHART])
-    R = np.empty((3, 3))
-    first, second, third = np.empty(3), np.empty(3), np.zeros(3)
-    for k in range(3):
-        z[k] = 0.5 * (leaf[2 * k] + leaf[2 * k + 1])
-    rotation_at(z, chart, R)
-    order = 0 if in_position else int(leaf[turn.ORDER])
-    i = model.orders[order, 0]
-    centre_at(model, chart, R, i, first)
-    if in_position:
-        for k in range(3):
-            z[3 + k] = first[k] + 0.5 * (leaf[6 + 2 * k] + leaf[7 + 2 * k])
-    else:
-        j = model.orders[order, 1]
-        centre_at(model, chart, R, j, second)
-        k2, k3 = model.lengths_sq[i] - model.lengths_sq[j], 0.0
-        if model.planar:
-            third[1] = 1.0
-        else:
-            j = model.orders[order, 2]
-            centre_at(model, chart, R, j, third)
-            k3 = model.lengths_sq[i] - model.lengths_sq[j]
-            for k in range(3):
-                third[k] -= first[k]
-                k3 += third[k] * third[k]
-        for k in range(3):
-            second[k] -= first[k]
-            k2 += second[k] * second[k]
-        branch_position(second, third, 0.5 * k2, 0.5 * k3, model.lengths_sq[i], leaf[turn.BRANCH], z)
-        for k in range(3):
-            z[3 + k] += first[k]
-    for k in range(3):
-        if system.frozen[chart, k]:
-            z[k] = 0.0
-    if model.planar:
-        z[4] = 0.0
-
-
-@njit(cache=True, nogil=True)
+@njit("void(f8[::1], f8[::1], f8, f8, f8, f8, f8[::1])", cache=True, nogil=True)
 def branch_position(a: Any, b: Any, k2: float, k3: float, square: float, branch: float, z: Any) -> None:
     """Write x with a . x = k2, b . x = k3, |x|^2 = square on the side ``branch`` of a x b to z[3:6]."""
     m = np.empty(3)
@@ -175,31 +107,95 @@ def branch_position(a: Any, b: Any, k2: float, k3: float, square: float, branch:
         z[3 + k] += height * m[k]
 
 
-@njit(cache=True, nogil=True)
-def starting_tensions(model: Any, chart: int, z: Any) -> None:
-    """Write t that balance the load best to z[6:], in floats (least squares by normal equations)."""
-    n = model.n_taut
+@njit("void(f8[::1], f8[:, ::1])", cache=True, nogil=True)
+def rotation_at(u: Any, R: Any) -> None:
+    """Write R(u) (3, 3) in floats."""
+    square = u[0] * u[0] + u[1] * u[1] + u[2] * u[2]
+    g = 2.0 / (1.0 + square)
+    for i in range(3):
+        for j in range(3):
+            if i == j:
+                R[i, j] = 1.0 + g * (u[i] * u[i] - square)
+            elif (j - i) % 3 == 1:
+                R[i, j] = g * (u[i] * u[j] - u[3 - i - j])
+            else:
+                R[i, j] = g * (u[i] * u[j] + u[3 - i - j])
+
+
+@njit("void(f8[:, :, ::1], f8[:, ::1], i8, f8[::1])", cache=True, nogil=True)
+def centre_at(data: Any, R: Any, i: int, out: Any) -> None:
+    """Write the centre c_i = A_i - R D_c b_i of a taut cable's sphere, in floats."""
+    for k in range(3):
+        out[k] = 0.5 * (data[i, k, 0] + data[i, k, 1])
+        for c in range(3):
+            out[k] -= R[k, c] * 0.5 * (data[i, 3 + c, 0] + data[i, 3 + c, 1])
+
+
+@njit("void(f8[:, :, ::1], i8[::1], b1, f8[::1], f8[:, ::1])", cache=True, nogil=True)
+def triple_at(data: Any, order: Any, planar: bool, u: Any, out: Any) -> None:
+    """Write c_1 and the steps c_2 - c_1, c_3 - c_1 of a triple at u to the rows of out (3, 3), in floats.
+
+    In a plane the third row is its normal.
+    """
     R = np.empty((3, 3))
-    rotation_at(z, chart, R)
+    rotation_at(u, R)
+    for row in range(2 if planar else 3):
+        centre_at(data, R, order[row], out[row])
+    for k in range(3):
+        out[1, k] -= out[0, k]
+        if planar:
+            out[2, k] = 1.0 if k == 1 else 0.0
+        else:
+            out[2, k] -= out[0, k]
+
+
+@njit("void(f8[:, :, ::1], i8[::1], b1, f8, f8[::1])", cache=True, nogil=True)
+def position_on_branch(data: Any, order: Any, planar: bool, branch: float, z: Any) -> None:
+    """Write p of one branch at u to z[3:6], in floats; branch 0 stands for the middle between both."""
+    triple = np.empty((3, 3))
+    triple_at(data, order, planar, z[:3], triple)
+    half = np.zeros(2)
+    square = 0.5 * (data[order[0], 6, 0] + data[order[0], 6, 1])
+    for row in range(1 if planar else 2):
+        i = order[1 + row]
+        half[row] = square - 0.5 * (data[i, 6, 0] + data[i, 6, 1])
+        for k in range(3):
+            half[row] += triple[1 + row, k] * triple[1 + row, k]
+    branch_position(triple[1], triple[2], 0.5 * half[0], 0.5 * half[1], square, branch, z)
+    for k in range(3):
+        z[3 + k] += triple[0, k]
+
+
+@njit("void(f8[:, :, ::1], f8, f8[::1])", cache=True, nogil=True)
+def starting_tensions(data: Any, size: float, z: Any) -> None:
+    """Write t that balance the load best to z[6:], in floats (least squares by normal equations).
+
+    ``size`` divides the moments.
+    """
+    n = data.shape[0] - 1
+    R = np.empty((3, 3))
+    rotation_at(z[:3], R)
     c = np.empty(3)
     wrenches = np.empty((n, 6))
     a = np.zeros((n, n + 1))
     trace = 0.0
     for i in range(n):
-        centre_at(model, chart, R, i, c)
+        centre_at(data, R, i, c)
         for k in range(3):
             wrenches[i, k] = c[k] - z[3 + k]
         for k in range(3):
             p, q = (k + 1) % 3, (k + 2) % 3
-            arm_p, arm_q = model.anchors[i, p] - c[p], model.anchors[i, q] - c[q]
-            wrenches[i, 3 + k] = (arm_p * wrenches[i, q] - arm_q * wrenches[i, p]) / model.size
+            # r x e = (A - c) x e.
+            wrenches[i, 3 + k] = (
+                (data[i, p, 0] - c[p]) * wrenches[i, q] - (data[i, q, 0] - c[q]) * wrenches[i, p]
+            ) / size
         for j in range(i + 1):
             for k in range(6):
                 a[i, j] += wrenches[i, k] * wrenches[j, k]
             a[j, i] = a[i, j]
         trace += a[i, i]
         for k in range(3):
-            a[i, n] -= wrenches[i, k] * model.load[k]
+            a[i, n] -= wrenches[i, k] * data[n, k, 0]
     for i in range(n):
         a[i, i] += REGULARISATION * trace
     solved = solve_in_place(a, n, 1)
@@ -207,17 +203,12 @@ def starting_tensions(model: Any, chart: int, z: Any) -> None:
         z[6 + i] = a[i, n] if solved else 0.0
 
 
-@njit(cache=True, nogil=True)
-def statics_rows(system: Any, chart: int, z: Any, rows: Any) -> None:
-    """Write the kept combinations of the statics equations near the pose z."""
-    for i in range(rows.shape[0]):
-        for k in range(6):
-            rows[i, k] = system.rows[i, k]
-    if not system.rod:
-        return
+@njit("void(f8[::1], f8[:, ::1])", cache=True, nogil=True)
+def across_rod(u: Any, rows: Any) -> None:
+    """Fill the last two combinations of the statics equations: moments across the platform's z axis."""
     R = np.empty((3, 3))
-    rotation_at(z, chart, R)
-    # Two unit vectors across the axis (the third column).
+    rotation_at(u, R)
+    # The half turns only change the sign of the axis, the third column. Two unit vectors across it:
     least = 0
     for k in range(3):
         if abs(R[k, 2]) < abs(R[least, 2]):
@@ -234,8 +225,12 @@ def statics_rows(system: Any, chart: int, z: Any, rows: Any) -> None:
         rows[4, 3 + k] = R[i, 2] * rows[3, 3 + j] - R[j, 2] * rows[3, 3 + i]
 
 
-@njit(cache=True, nogil=True)
-def existence_box(model: Any, chart: int, rows: Any, free: Any, C: Any, z: Any, f: Any, box: Any) -> bool:
+@njit(
+    "b1(f8[:, :, ::1], f8[:, ::1], i8[::1], f8[:, ::1], f8[::1], f8[:, ::1], f8[:, ::1])",
+    cache=True,
+    nogil=True,
+)
+def existence_box(data: Any, rows: Any, free: Any, C: Any, z: Any, f: Any, box: Any) -> bool:
     """Grow a box around z until the Krawczyk operator maps it strictly into itself, and contract it.
 
     ``f`` (m, 2) are the residuals at z.
@@ -268,7 +263,7 @@ def existence_box(model: Any, chart: int, rows: Any, free: Any, C: Any, z: Any, 
                 slack = MARGIN * (image[k, 1] - image[k, 0]) + 1e-15 * (abs(z[k]) + most)
                 box[k, 0] = image[k, 0] - slack
                 box[k, 1] = image[k, 1] + slack
-        inside = newton.krawczyk(model, chart, rows, free, C, box, image)
+        inside = newton.krawczyk(data, rows, free, C, box, image)
         if not (proved or inside):
             continue
         # The zero lies in the box and, once that is proved, in every image.
@@ -285,57 +280,29 @@ def existence_box(model: Any, chart: int, rows: Any, free: Any, C: Any, z: Any, 
     return proved
 
 
-@njit(cache=True, nogil=True)
-def cell_around(system: Any, model: Any, chart: int, box: Any, reach: float, cell: Any) -> None:
-    """Write a cell in u of half width ``reach`` around a proved box, on the branch of its middle."""
-    cell[:] = 0.0
-    u, R = np.empty(3), np.empty((3, 3))
-    for k in range(3):
-        pad = 0.0 if system.frozen[chart, k] else reach
-        cell[2 * k] = box[k, 0] - pad
-        cell[2 * k + 1] = box[k, 1] + pad
-        u[k] = 0.5 * (box[k, 0] + box[k, 1])
-    rotation_at(u, chart, R)
-    first, second, third = np.empty(3), np.empty(3), np.zeros(3)
-    order = model.orders[0]
-    centre_at(model, chart, R, order[0], first)
-    centre_at(model, chart, R, order[1], second)
-    if model.planar:
-        third[1] = 1.0
-    else:
-        centre_at(model, chart, R, order[2], third)
-        for k in range(3):
-            third[k] -= first[k]
+@njit("f8(f8[:, ::1], f8[:, ::1], f8[::1])", cache=True, nogil=True)
+def middle_position(box: Any, triple: Any, x: Any) -> float:
+    """Write x = p - c_1 at the middle of a box; return x . (d_2 x d_3) there, whose sign is the branch."""
     side = 0.0
     for k in range(3):
-        i, j = (k + 1) % 3, (k + 2) % 3
-        x = 0.5 * (box[3 + k, 0] + box[3 + k, 1]) - first[k]
-        side += x * ((second[i] - first[i]) * third[j] - (second[j] - first[j]) * third[i])
-    cell[turn.CHART] = chart
-    cell[turn.BRANCH] = 1.0 if side >= 0.0 else -1.0
-
-
-@njit(cache=True, nogil=True)
-def wide_cell_around(system: Any, model: Any, chart: int, box: Any, reach: float, cell: Any) -> None:
-    """Write a cell in (u, x) of half width ``reach`` (times the platform's size) around a proved box."""
-    cell[:] = 0.0
-    u, R, first = np.empty(3), np.empty((3, 3)), np.empty(3)
+        x[k] = 0.5 * (box[3 + k, 0] + box[3 + k, 1]) - triple[0, k]
     for k in range(3):
-        pad = 0.0 if system.frozen[chart, k] else reach
+        i, j = (k + 1) % 3, (k + 2) % 3
+        side += x[k] * (triple[1, i] * triple[2, j] - triple[1, j] * triple[2, i])
+    return side
+
+
+@njit("void(f8[:, ::1], b1[::1], f8, f8[::1])", cache=True, nogil=True)
+def sides_around(box: Any, frozen: Any, reach: float, cell: Any) -> None:
+    """Write the bounds of u within ``reach`` of a box to a cell, all its other entries zero."""
+    cell[:] = 0.0
+    for k in range(3):
+        pad = 0.0 if frozen[k] else reach
         cell[2 * k] = box[k, 0] - pad
         cell[2 * k + 1] = box[k, 1] + pad
-        u[k] = 0.5 * (box[k, 0] + box[k, 1])
-    rotation_at(u, chart, R)
-    centre_at(model, chart, R, model.orders[0, 0], first)
-    for k in range(3):
-        pad = 0.0 if k == 1 and model.planar else reach * model.size
-        x = 0.5 * (box[3 + k, 0] + box[3 + k, 1]) - first[k]
-        cell[6 + 2 * k] = x - pad
-        cell[7 + 2 * k] = x + pad
-    cell[pose.P_CHART] = chart
 
 
-@njit(cache=True, nogil=True)
+@njit("void(f8[:, ::1], f8[::1], f8[::1], i8[::1], f8[:, ::1])", cache=True, nogil=True)
 def widened(box: Any, lo: Any, hi: Any, free: Any, out: Any) -> None:
     """Write the hull of a proved box and an enclosure, with a margin, in the free unknowns."""
     copy(box, out)
@@ -359,7 +326,7 @@ def known(bench: Any, count: int, chart: int, lo: Any, hi: Any) -> bool:
     return False
 
 
-@njit(cache=True, nogil=True)
+@njit("void(f8[:, ::1], b1[::1], i8, i8, i8, f8)", cache=True, nogil=True)
 def claim(leaves: Any, todo: Any, k: int, chart: int, branch: int, reach: float) -> None:
     """Strike leaf k and those it speaks for off the list; ``branch`` is its column, -1 for none."""
     for i in range(k, leaves.shape[0]):
@@ -391,7 +358,6 @@ def next_halving(halving: int, proved: int, growth: float) -> int:
 @njit(cache=True, nogil=True)
 def find_roots(
     model: Any,
-    one_choice: Any,
     system: Any,
     bench: Any,
     count: int,
@@ -405,8 +371,6 @@ def find_roots(
 
     Parameters
     ----------
-    model, one_choice
-        The model, and the same with its lengths' squares exact.
     bench
         Its first ``count`` rows hold the roots known.
     leaves, todo : (L, width), (L,)
@@ -432,6 +396,7 @@ def find_roots(
     trial, m = np.empty((z.shape[0], 2)), system.free.shape[1]
     rows, f = np.empty(system.rows.shape), np.empty((m, 2))
     J, C = np.empty((m, m, 2)), np.empty((m, m))
+    data, triple, x = np.empty((model.n_taut + 1, 7, 2)), np.empty((3, 3)), np.empty(3)
     cell, wide_cell = np.empty(turn.WIDTH), np.empty(pose.P_WIDTH)
     ranges = False
     for i in range(model.n_taut):
@@ -445,45 +410,71 @@ def find_roots(
         starts += 1
         claim(leaves, todo, k, chart_column, branch_column, CLAIM * leaf_size)
         chart = int(leaves[k, chart_column])
-        free = system.free[chart]
-        leaf_pose(model, system, leaves[k], in_position, z)
+        free, frozen = system.free[chart], system.frozen[chart]
+        newton.fill_data(model, chart, data)
+        for i in range(3):
+            z[i] = 0.5 * (leaves[k, 2 * i] + leaves[k, 2 * i + 1])
+        if in_position:
+            triple_at(data, model.orders[0], model.planar, z[:3], triple)
+            for i in range(3):
+                z[3 + i] = triple[0, i] + 0.5 * (leaves[k, 6 + 2 * i] + leaves[k, 7 + 2 * i])
+        else:
+            order = model.orders[int(leaves[k, turn.ORDER])]
+            position_on_branch(data, order, model.planar, leaves[k, turn.BRANCH], z)
+        for i in range(3):
+            if frozen[i]:
+                z[i] = 0.0
+        if model.planar:
+            z[4] = 0.0
         z[6:] = 0.0
         if system.tensions:
-            starting_tensions(model, chart, z)
-        statics_rows(system, chart, z, rows)
-        if not newton.newton(model, chart, rows, free, z, NEWTON_STEPS):
+            starting_tensions(data, model.size, z)
+        for i in range(rows.shape[0]):
+            for j in range(6):
+                rows[i, j] = system.rows[i, j]
+        if system.rod:
+            across_rod(z[:3], rows)
+        if not newton.newton(data, rows, free, z, NEWTON_STEPS):
             continue
         if max(abs(z[0]), abs(z[1]), abs(z[2])) >= FAR_OUT or known(bench, count, chart, z, z):
             continue
-        statics_rows(system, chart, z, rows)
+        if system.rod:
+            across_rod(z[:3], rows)
         box, core, unique = bench.boxes[count], bench.cores[count], bench.unique[count]
         for i in range(z.shape[0]):
             box[i, 0] = z[i]
             box[i, 1] = z[i]
-        newton.jacobian_over(model, chart, rows, free, box, f, J)
+        newton.jacobian_over(data, rows, free, box, f, J)
         if not newton.inverse_at(J, C) or not np.isfinite(C).all():
             continue
-        if not existence_box(model, chart, rows, free, C, z, f, box):
+        if not existence_box(data, rows, free, C, z, f, box):
             continue
         widest = 0.0
         for i in range(3):
             widest = max(widest, box[i, 1] - box[i, 0])
         if system.rod and widest > ROD_WIDTH:
             continue
+        triple_at(data, model.orders[0], model.planar, z[:3], triple)
+        branch = 1.0 if middle_position(box, triple, x) >= 0.0 else -1.0
         halving, proved = FIRST_HALVING, -1
         while halving >= 0:
             reach = LARGEST_REACH * 0.5**halving
-            cell_around(system, model, chart, box, reach, cell)
+            sides_around(box, frozen, reach, cell)
+            cell[turn.CHART], cell[turn.BRANCH] = chart, branch
             bounded = turn.enclose_cell(bench.forms, bench.work, model, cell, ROTATION_ONLY, lo, hi)
             if not bounded:
-                wide_cell_around(system, model, chart, box, reach, wide_cell)
+                sides_around(box, frozen, reach, wide_cell)
+                for i in range(3):
+                    pad = 0.0 if i == 1 and model.planar else reach * model.size
+                    wide_cell[6 + 2 * i], wide_cell[7 + 2 * i] = x[i] - pad, x[i] + pad
+                wide_cell[pose.P_CHART] = chart
                 bounded = pose.enclose_cell(
                     bench.wide_forms, bench.work, model, wide_cell, WHOLE_POSE, lo, hi
                 )
             growth = math.inf
             if bounded:
                 widened(box, lo, hi, free, trial)
-                growth = newton.growth(model, chart, rows, free, C, trial)
+                growth = newton.growth(data, rows, free, C, trial)
             if growth < 1.0:
                 proved = halving
                 copy(trial, unique)
@@ -496,8 +487,12 @@ def find_roots(
             for i in range(z.shape[0]):
                 core[i, 0] = z[i]
                 core[i, 1] = z[i]
-            newton.residual_at(one_choice, chart, rows, free, core, f)
-            narrower = existence_box(one_choice, chart, rows, free, C, z, f, core)
+            for i in range(model.n_taut):
+                # One choice of the lengths: their squares in the middle of the ranges, exactly.
+                data[i, 6, 0] = model.lengths_sq[i]
+                data[i, 6, 1] = model.lengths_sq[i]
+            newton.residual_at(data, rows, core, f)
+            narrower = existence_box(data, rows, free, C, z, f, core)
         if not narrower:
             copy(box, core)
         for i in range(z.shape[0]):

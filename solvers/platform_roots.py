@@ -96,7 +96,6 @@ class Prover:
 
     def __init__(self, model: Model, reduction: Reduction) -> None:
         self.model = model
-        self.one_choice = model._replace(lengths_sq_err=np.zeros_like(model.lengths_sq_err))
         self.system = reduction.system(model.n_taut)
         self.forms = np.zeros((FORM_ROWS, width(ROTATION_ONLY)))
         self.wide_forms = np.zeros((FORM_ROWS, width(WHOLE_POSE)))
@@ -122,7 +121,6 @@ class Prover:
             bench = self.bench(before)
             first, count = find_roots(
                 self.model,
-                self.one_choice,
                 self.system,
                 bench,
                 len(before),
@@ -142,8 +140,8 @@ class Prover:
         cell = np.zeros((1, pose.P_WIDTH))
         pivot = self.model.orders[0, 0]
         turned = np.empty((3, 3))
-        rotation_at(u, chart, turned)
-        x = p - self.model.anchors[pivot] + turned @ self.model.points[0, pivot]
+        rotation_at(u, turned)
+        x = p - self.model.anchors[pivot] + turned @ self.model.points[chart, pivot]
         cell[0, :6] = np.repeat(u, 2)
         cell[0, 6:12] = np.repeat(x, 2)
         cell[0, pose.P_CHART] = chart

@@ -19,7 +19,10 @@ WIDTHS = (0.0, 1e-12, 1e-6, 1e-3, 0.1, 1.0)
 
 
 def product(a: Matrix, b: Matrix) -> Matrix:
-    return [[sum((x * y for x, y in zip(row, c, strict=True)), Fraction(0)) for c in zip(*b)] for row in a]
+    return [
+        [sum((x * y for x, y in zip(row, c, strict=True)), Fraction(0)) for c in zip(*b, strict=True)]
+        for row in a
+    ]
 
 
 def transposed(a: Matrix) -> Matrix:

@@ -1,4 +1,4 @@
-"""What solutions report against exact fractions: planted equilibria in rational frames, thin and wide boxes."""
+"""What solutions report against exact fractions: planted equilibria in rational frames."""
 
 from __future__ import annotations
 
