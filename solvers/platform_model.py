@@ -8,6 +8,7 @@ chart c the platform points are D_c b_i.
 
 from __future__ import annotations
 
+import math
 from fractions import Fraction
 from typing import NamedTuple
 
@@ -97,14 +98,29 @@ class Model(NamedTuple):
 
 def split(ranges: list[Range]) -> tuple[Floats, Floats]:
     """Return middles and error bounds of exact ranges."""
-    middles, errors = [], []
-    for r in ranges:
-        lo, hi = enclose(r.lo)[0], enclose(r.hi)[1]
-        m = 0.5 * lo + 0.5 * hi
-        middle = Fraction(m)
-        middles.append(m)
-        errors.append(enclose(max(r.hi - middle, middle - r.lo))[1])
-    return np.array(middles), np.array(errors)
+    pairs = [nearest(r.lo) if r.lo is r.hi or r.lo == r.hi else middle_and_error(r.lo, r.hi) for r in ranges]
+    return np.array([m for m, _ in pairs]), np.array([e for _, e in pairs])
+
+
+def nearest(x: Fraction) -> tuple[float, float]:
+    """Return the double nearest to an exact number and a bound of its error."""
+    numerator, denominator = x.numerator, x.denominator
+    try:
+        # Divisions of integers are correctly rounded.
+        m = numerator / denominator
+        a, b = m.as_integer_ratio()
+        excess = abs(numerator * b - a * denominator)
+        return m, math.nextafter(excess / (denominator * b), math.inf) if excess else 0.0
+    except OverflowError:
+        return middle_and_error(x, x)
+
+
+def middle_and_error(low: Fraction, high: Fraction) -> tuple[float, float]:
+    """Return a double near the middle of a range and a bound of its distance from all of the range."""
+    lo, hi = enclose(low)[0], enclose(high)[1]
+    m = 0.5 * lo + 0.5 * hi
+    middle = Fraction(m)
+    return m, enclose(max(high - middle, middle - low))[1]
 
 
 def _vectors(vectors: list[RangeVector]) -> tuple[Floats, Floats]:

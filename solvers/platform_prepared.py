@@ -98,7 +98,6 @@ class Lengths(NamedTuple):
 
 def lengths_of(problem: Problem) -> Lengths:
     """Return the lengths of a problem in arrays."""
-    ranges = [Range(*r) for r in problem.lengths]
-    bounds = np.array([[enclose(r.lo)[0], enclose(r.hi)[1]] for r in ranges])
-    squares, errors = split([Range(r.lo**2, r.hi**2) for r in ranges])
+    bounds = np.array([[enclose(lo)[0], enclose(hi)[1]] for lo, hi in problem.lengths])
+    squares, errors = split([Range(lo * lo, hi * hi) for lo, hi in problem.lengths])
     return Lengths(bounds, squares, errors)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -48,12 +49,14 @@ class Reduction:
         unit = np.eye(6)[list(self.statics)].reshape(-1, 6)
         return np.vstack([unit, np.zeros((2, 6))]) if self.rod else np.ascontiguousarray(unit)
 
-    def system(self, n: int) -> System:
-        """Return the reduced system of n taut cables as the kernels see it."""
-        used = [chart for chart in range(4) if self.frozen[chart] is not None]
-        free = np.array([self.free(n, chart if chart in used else used[0]) for chart in range(4)])
-        frozen = np.array([[k in (self.frozen[chart] or ()) for k in range(3)] for chart in range(4)])
-        return System(free, frozen, self.rows(), self.rod, bool(self.statics))
+
+@cache
+def system_of(reduction: Reduction, n: int) -> System:
+    """Return the reduced system of n taut cables as the kernels see it; there are only a few."""
+    used = [chart for chart in range(4) if reduction.frozen[chart] is not None]
+    free = np.array([reduction.free(n, chart if chart in used else used[0]) for chart in range(4)])
+    frozen = np.array([[k in (reduction.frozen[chart] or ()) for k in range(3)] for chart in range(4)])
+    return System(free, frozen, reduction.rows(), reduction.rod, bool(reduction.statics))
 
 
 GENERAL = Reduction(((), (), (), ()), (0, 1, 2, 3, 4, 5))
@@ -96,7 +99,7 @@ class Prover:
 
     def __init__(self, model: Model, reduction: Reduction) -> None:
         self.model = model
-        self.system = reduction.system(model.n_taut)
+        self.system = system_of(reduction, model.n_taut)
         self.forms = np.zeros((FORM_ROWS, width(ROTATION_ONLY)))
         self.wide_forms = np.zeros((FORM_ROWS, width(WHOLE_POSE)))
         self.work = np.zeros(WORK_SHAPE)

@@ -145,42 +145,51 @@ def fields_of(
     return fields
 
 
-def decided_solution(
-    options: Options, lengths: Lengths, taut: tuple[int, ...], fields: Fields, k: int
-) -> tuple[bool, Solution | None]:
-    """Return whether root k is decided, and then its solution, or None where it is proved to be none.
+def decided_solutions(
+    options: Options, lengths: Lengths, taut: tuple[int, ...], fields: Fields
+) -> list[tuple[bool, Solution | None]]:
+    """Return for each root whether it is decided, and then its solution or, proved to be none, None.
 
     What is decided here is what ``pose_solution`` would decide.
     """
-    signs = [1 if lo > 0.0 else -1 if hi < 0.0 else 0 for lo, hi in fields.densities[k].tolist()]
-    if not options.ignore_tension_sign and -1 in signs:
-        return True, None
-    distances, limits = fields.distances[k].tolist(), lengths.bounds.tolist()
-    slack = [
-        1 if d[1] < limit[0] else -1 if d[0] > limit[1] else 0
-        for d, limit in zip(distances, limits, strict=True)
-    ]
-    others = [slack[i] for i in range(len(slack)) if i not in taut]
-    if -1 in others and not options.ignore_slack:
-        return True, None
-    decided = 0 not in others and 0 not in signs and fields.verdicts[k] != OPEN
-    if not (decided and np.isfinite(fields.tensions[k]).all()):
-        return False, None
-    rotation, position = fields.rotation[k], fields.position[k]
-    states = [CableState.TAUT if i in taut else CableState.SLACK for i in range(len(slack))]
-    return True, Solution(
-        taut=taut,
-        cable_states=tuple(states),
-        position=position,
-        rotation=rotation,
-        height=fields.height[k],
-        tensions=fields.tensions[k],
-        distances=fields.distances[k],
-        slack_respected=-1 not in others,
-        proof=Proof.INTERVAL_NEWTON,
-        stability=Stability.STABLE if fields.verdicts[k] == STABLE else Stability.UNSTABLE,
-        nominal=nominal_pose(middles(position), middles(rotation)),
-    )
+    densities, distances = fields.densities.tolist(), fields.distances.tolist()
+    limits = lengths.bounds.tolist()
+    others = [i for i in range(len(limits)) if i not in taut]
+    finite = np.isfinite(fields.tensions).all(axis=(1, 2)).tolist()
+    verdicts = fields.verdicts.tolist()
+    positions, rotations = middles(fields.position).tolist(), middles(fields.rotation)
+    states = tuple(CableState.TAUT if i in taut else CableState.SLACK for i in range(len(limits)))
+    found: list[tuple[bool, Solution | None]] = []
+    for k in range(len(verdicts)):
+        signs = [1 if lo > 0.0 else -1 if hi < 0.0 else 0 for lo, hi in densities[k]]
+        slack = [compared(distances[k][i], limits[i]) for i in others]
+        if (-1 in signs and not options.ignore_tension_sign) or (-1 in slack and not options.ignore_slack):
+            found.append((True, None))
+            continue
+        if 0 in signs or 0 in slack or verdicts[k] == OPEN or not finite[k]:
+            found.append((False, None))
+            continue
+        x, y, z = positions[k]
+        solution = Solution(
+            taut=taut,
+            cable_states=states,
+            position=fields.position[k],
+            rotation=fields.rotation[k],
+            height=fields.height[k],
+            tensions=fields.tensions[k],
+            distances=fields.distances[k],
+            slack_respected=-1 not in slack,
+            proof=Proof.INTERVAL_NEWTON,
+            stability=Stability.STABLE if verdicts[k] == STABLE else Stability.UNSTABLE,
+            nominal=nominal_pose((x, y, z), rotations[k]),
+        )
+        found.append((True, solution))
+    return found
+
+
+def compared(distance: list[float], length: list[float]) -> int:
+    """Return 1 for bounds of a distance below those of a length, -1 above, 0 where they meet."""
+    return 1 if distance[1] < length[0] else -1 if distance[0] > length[1] else 0
 
 
 def middles(bounds: Floats) -> Floats:
@@ -211,13 +220,13 @@ def height(robot: Robot, centre: arb_mat) -> Floats:
 
 def nominal(robot: Robot, pose: Pose) -> Nominal:
     """Return plain floats in the middle of the pose."""
-    return nominal_pose(balls.middle(origin(robot, pose))[:, 0], balls.middle(pose.rotation))
+    x, y, z = balls.middle(origin(robot, pose))[:, 0].tolist()
+    return nominal_pose((x, y, z), balls.middle(pose.rotation))
 
 
-def nominal_pose(position: Floats, rotation: Floats) -> Nominal:
-    """Return a pose in plain floats, its rotation in the three ways."""
-    x, y, z = position.tolist()
-    return Nominal((x, y, z), quaternion_from_rotation(rotation), rpy_from_rotation(rotation))
+def nominal_pose(position: tuple[float, float, float], rotation: Floats) -> Nominal:
+    """Return a pose in plain floats, its rotation as quaternion and angles."""
+    return Nominal(position, quaternion_from_rotation(rotation), rpy_from_rotation(rotation))
 
 
 def solve_densities(problem: Problem, taut: tuple[int, ...], pose: Pose) -> Pose | None:

@@ -19,7 +19,7 @@ from solvers.platform_reach import reach_message
 from solvers.platform_reduction import Reduced, reduced_problems
 from solvers.platform_roots import Root
 from solvers.platform_solution import (
-    decided_solution,
+    decided_solutions,
     fields_of,
     origin,
     pose_solution,
@@ -179,8 +179,8 @@ class Run:
                 self.add_root(taut, kind, reduced, root, found)
             return
         fields = fields_of(self.robot.cables, self.lengths, taut, reduced.frame, roots)
-        for k, root in enumerate(roots):
-            decided, solution = decided_solution(self.options, self.lengths, taut, fields, k)
+        solutions = decided_solutions(self.options, self.lengths, taut, fields)
+        for root, (decided, solution) in zip(roots, solutions, strict=True):
             if not decided:
                 self.add_root(taut, kind, reduced, root, found)
             elif solution is not None:
