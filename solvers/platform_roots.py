@@ -15,7 +15,8 @@ from solvers import platform_pose as pose
 from solvers import platform_turn as turn
 from solvers.platform_model import Model
 from solvers.platform_polynomials import FORM_ROWS, WORK_SHAPE
-from solvers.platform_proof import MOST_STARTS, Bench, System, find_roots, rotation_at
+from solvers.platform_proof import MOST_STARTS, Bench, System, find_roots
+from solvers.platform_starts import rotation_at
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
