@@ -155,7 +155,7 @@ def decided_solutions(
     densities, distances = fields.densities.tolist(), fields.distances.tolist()
     limits = lengths.bounds.tolist()
     others = [i for i in range(len(limits)) if i not in taut]
-    finite = np.isfinite(fields.tensions).all(axis=(1, 2)).tolist()
+    finite = np.asarray(np.isfinite(fields.tensions).all(axis=(1, 2))).tolist()
     verdicts = fields.verdicts.tolist()
     positions, rotations = middles(fields.position).tolist(), middles(fields.rotation)
     states = tuple(CableState.TAUT if i in taut else CableState.SLACK for i in range(len(limits)))

@@ -314,6 +314,41 @@ def test_verdicts_hold_for_the_exact_form(n: int, width: float) -> None:
     assert width > 1e-6 or pf.OPEN not in seen
 
 
+def polar(arms: list[Vector], spokes: list[Vector], t: Sequence[Fraction]) -> list[Vector]:
+    """Return the symmetric matrix of the form from its values."""
+    units = [[Fraction(int(i == k)) for k in range(6)] for i in range(6)]
+
+    def form(x: Vector) -> Fraction:
+        return quadratic(spokes, arms, t, x)
+
+    single = [form(x) for x in units]
+    return [
+        [(form(plus(units[i], units[j])) - single[i] - single[j]) / 2 for j in range(6)] for i in range(6)
+    ]
+
+
+@pytest.mark.parametrize("width", [*WIDTHS, 1.0])
+def test_the_form_and_the_wrenches_are_enclosed(width: float) -> None:
+    """Entry by entry, for independent spokes, arms and densities, also negative ones, mostly at corners."""
+    rng = random.Random(6)
+    for n in (1, 2, 5):
+        for _ in range(4):
+            boxes = np.array([[rng.uniform(-3.0, 3.0)] * 2 for _ in range(7 * n)])
+            boxes += width * np.array([[-rng.random(), rng.random()] for _ in range(7 * n)])
+            e, r = (boxes[k * 3 * n : (k + 1) * 3 * n].reshape(n, 3, 1, 2) for k in range(2))
+            t, Q, row = boxes[6 * n :], np.empty((6, 6, 2)), np.empty((6, 2))
+            pf.quadratic_form(e, r, t, Q)
+            for _ in range(6):
+                z = member(rng, boxes)
+                spokes, arms = ([z[k : k + 3] for k in range(s, s + 3 * n, 3)] for s in (0, 3 * n))
+                exact = polar(arms, spokes, z[6 * n :])
+                assert all(contains(Q[i, j], exact[i][j]) for i in range(6) for j in range(6))
+                pf.wrench(e[0], r[0], row)
+                wrench = [*spokes[0], *cross(arms[0], spokes[0])]
+                assert all(contains(b, x) for b, x in zip(row, wrench, strict=True))
+            assert width or np.ptp(Q, axis=-1).max() < 1e-12
+
+
 def test_both_verdicts_occur() -> None:
     """The test above would pass for a kernel that proves only one of them."""
     rng = random.Random(4)
