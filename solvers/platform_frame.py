@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import cached_property
 
 import numpy as np
 from flint import arb, arb_mat
@@ -11,6 +12,7 @@ from numpy.typing import NDArray
 
 from cdpr_interval.robots.model import Vector
 from solvers import balls
+from solvers.platform_fields import FrameBounds
 from solvers.platform_model import HALF_TURNS, Range, RangeVector
 from solvers.platform_roots import Root
 from solvers.problem import Problem
@@ -18,7 +20,7 @@ from solvers.problem import Problem
 Floats = NDArray[np.float64]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Frame:
     """Model base = ``base`` (A - origin), model platform = ``platform`` b, both rotations."""
 
@@ -31,6 +33,19 @@ class Frame:
         """Return the robot's own frames."""
         zero = Fraction(0)
         return Frame((zero, zero, zero), balls.identity(), balls.identity())
+
+    @cached_property
+    def bounds(self) -> FrameBounds:
+        """The frame in arrays."""
+        unit = balls.identity()
+        plain = not any(self.origin) and self.base == unit and self.platform == unit
+        with balls.precision():
+            return FrameBounds(
+                plain,
+                balls.bounds_array(self.base.transpose()).reshape(3, 3, 2),
+                balls.bounds_array(self.platform).reshape(3, 3, 2),
+                balls.bounds_array(balls.fractions(self.origin) * -1).reshape(3, 1, 2),
+            )
 
     def anchor(self, a: Vector) -> RangeVector:
         """Return an exit point in the model's base frame."""

@@ -24,12 +24,29 @@ def distinct(roots: Sequence[Root], frame: Frame) -> list[Root]:
     Roots inside their chart are preferred; the order is the roots' own.
     """
     ordered = sorted(roots, key=lambda r: (np.abs(r.box[:3]).max() > 1.0, r.chart, r.box[:, 0].tolist()))
+    candidates = may_coincide(ordered)
     kept: list[Root] = []
-    for root in ordered:
-        pose = pose_of(replace(root, box=root.core), frame)
-        if not any(lies_in(pose, frame, other) for other in kept):
+    indices: list[int] = []
+    for k, root in enumerate(ordered):
+        others = [other for other, j in zip(kept, indices, strict=True) if candidates[k, j]]
+        pose = pose_of(replace(root, box=root.core), frame) if others else None
+        if pose is None or not any(lies_in(pose, frame, other) for other in others):
             kept.append(root)
+            indices.append(k)
     return kept
+
+
+def may_coincide(roots: Sequence[Root]) -> NDArray[np.bool_]:
+    """Return which roots (rows) may lie in which uniqueness boxes (columns), by positions and tensions alone.
+
+    These mean the same in all charts: where False, ``lies_in`` is False as well.
+    """
+    if not roots:
+        return np.zeros((0, 0), dtype=np.bool_)
+    core = np.array([root.core for root in roots])[:, None, 3:]
+    unique = np.array([root.unique for root in roots])[None, :, 3:]
+    inside = (unique[..., 0] <= core[..., 0]) & (core[..., 1] <= unique[..., 1])
+    return np.asarray(inside.all(axis=-1))
 
 
 def is_open(solution: Solution) -> bool:

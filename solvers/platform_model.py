@@ -8,6 +8,7 @@ chart c the platform points are D_c b_i.
 
 from __future__ import annotations
 
+import math
 from fractions import Fraction
 from typing import NamedTuple
 
@@ -95,20 +96,35 @@ class Model(NamedTuple):
     """(m, n) permutations of the taut cables; the first three of a row are its triple."""
 
 
-def _split(ranges: list[Range]) -> tuple[Floats, Floats]:
+def split(ranges: list[Range]) -> tuple[Floats, Floats]:
     """Return middles and error bounds of exact ranges."""
-    middles, errors = [], []
-    for r in ranges:
-        lo, hi = enclose(r.lo)[0], enclose(r.hi)[1]
-        m = 0.5 * lo + 0.5 * hi
-        middle = Fraction(m)
-        middles.append(m)
-        errors.append(enclose(max(r.hi - middle, middle - r.lo))[1])
-    return np.array(middles), np.array(errors)
+    pairs = [nearest(r.lo) if r.lo is r.hi or r.lo == r.hi else middle_and_error(r.lo, r.hi) for r in ranges]
+    return np.array([m for m, _ in pairs]), np.array([e for _, e in pairs])
+
+
+def nearest(x: Fraction) -> tuple[float, float]:
+    """Return the double nearest to an exact number and a bound of its error."""
+    numerator, denominator = x.numerator, x.denominator
+    try:
+        # Divisions of integers are correctly rounded.
+        m = numerator / denominator
+        a, b = m.as_integer_ratio()
+        excess = abs(numerator * b - a * denominator)
+        return m, math.nextafter(excess / (denominator * b), math.inf) if excess else 0.0
+    except OverflowError:
+        return middle_and_error(x, x)
+
+
+def middle_and_error(low: Fraction, high: Fraction) -> tuple[float, float]:
+    """Return a double near the middle of a range and a bound of its distance from all of the range."""
+    lo, hi = enclose(low)[0], enclose(high)[1]
+    m = 0.5 * lo + 0.5 * hi
+    middle = Fraction(m)
+    return m, enclose(max(high - middle, middle - low))[1]
 
 
 def _vectors(vectors: list[RangeVector]) -> tuple[Floats, Floats]:
-    m, e = _split([x for v in vectors for x in v])
+    m, e = split([x for v in vectors for x in v])
     return m.reshape(-1, 3), e.reshape(-1, 3)
 
 
@@ -180,11 +196,11 @@ def build_model(
     db, db_err = (x.reshape(count, count, 3) for x in _vectors(steps_b))
     square, square_err = (
         x.reshape(count, count)
-        for x in _split([_norm_sq(x) + _norm_sq(y) for x, y in zip(steps_a, steps_b, strict=True)])
+        for x in split([_norm_sq(x) + _norm_sq(y) for x, y in zip(steps_a, steps_b, strict=True)])
     )
     squares = [Range(r.lo**2, r.hi**2) for r in lengths]
-    l_sq, l_sq_err = _split(squares)
-    f, f_err = _split(list(load))
+    l_sq, l_sq_err = split(squares)
+    f, f_err = split(list(load))
     return Model(
         n_taut=n_taut,
         planar=planar,

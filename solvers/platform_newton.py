@@ -4,9 +4,10 @@ Unknowns z = (u (3), p (3), t (n)) with t_i = tension_i / l_i; p is the centre o
 base frame. Equations: |e_i|^2 - l_i^2 = 0 (n), then the force and moment sums sum t_i e_i + f and
 sum t_i r_i x (A_i - p) (r_i x e_i is the same), of which a reduced problem keeps only combinations:
 ``rows`` (m, 6) are the combinations of the six statics equations and ``free`` the indices of z
-that are not fixed, with len(free) = n + m.
+that are not fixed, with len(free) = n + m. ``data`` are a model's numbers in one chart, see ``fill_data``.
 
-Interval arrays have shape (..., 2); bounds of every entry enclose over the box.
+Interval arrays have shape (..., 2); bounds of every entry enclose over the box. Signatures are explicit, and
+plain arrays: numba compiles a function that takes a whole model many times slower.
 """
 
 from __future__ import annotations
@@ -25,16 +26,18 @@ PERRON_STEPS = 12
 """Steps of the search for a positive vector that proves a matrix close to the identity regular."""
 PERRON_FLOOR = 1e-3
 """Share of the vector before that is kept."""
+BELOW_ONE = 1.0 - 2.0**-53
+"""Largest double below 1."""
 
 
-@njit(cache=True, nogil=True)
+@njit("void(f8[:, :, ::1], i8, i8, f8, f8)", cache=True, nogil=True)
 def accumulate(out: Any, i: int, j: int, lo: float, hi: float) -> None:
     """Add [lo, hi] to entry (i, j) of an interval matrix."""
     out[i, j, 0] = down(out[i, j, 0] + lo)
     out[i, j, 1] = up(out[i, j, 1] + hi)
 
 
-@njit(cache=True, nogil=True)
+@njit("void(f8[:, ::1], f8[:, :, ::1], f8[:, :, :, ::1])", cache=True, nogil=True)
 def rotation_interval(z: Any, R: Any, dR: Any) -> None:
     """Enclose R(u) (3, 3, 2) and its derivatives dR[k] (3, 3, 3, 2) over the box z."""
     slo, shi = 1.0, 1.0
@@ -88,69 +91,42 @@ def rotation_interval(z: Any, R: Any, dR: Any) -> None:
 
 
 @njit(cache=True, nogil=True)
-def matrix_point(M: Any, model: Any, chart: int, i: int, out: Any) -> None:
+def fill_data(model: Any, chart: int, data: Any) -> None:
+    """Write the bounds of a model's data to ``data`` (n + 1, 7, 2).
+
+    A row of a taut cable holds A_i, D_c b_i and l_i^2; the last one the load.
+    """
+    n = model.n_taut
+    for i in range(n):
+        for k in range(3):
+            x, e = model.anchors[i, k], model.anchors_err[i, k]
+            data[i, k, 0], data[i, k, 1] = down(x - e), up(x + e)
+            x, e = model.points[chart, i, k], model.points_err[i, k]
+            data[i, 3 + k, 0], data[i, 3 + k, 1] = down(x - e), up(x + e)
+        x, e = model.lengths_sq[i], model.lengths_sq_err[i]
+        data[i, 6, 0], data[i, 6, 1] = down(x - e), up(x + e)
+    for k in range(3):
+        x, e = model.load[k], model.load_err[k]
+        data[n, k, 0], data[n, k, 1] = down(x - e), up(x + e)
+
+
+@njit("void(f8[:, :, ::1], f8[:, :, ::1], i8, f8[:, ::1])", cache=True, nogil=True)
+def matrix_point(M: Any, data: Any, i: int, out: Any) -> None:
     """Enclose M b_i in out (3, 2)."""
     for r in range(3):
         lo, hi = 0.0, 0.0
         for c in range(3):
-            b = model.points[chart, i, c]
-            e = model.points_err[i, c]
-            a0, a1 = interval.mul(M[r, c, 0], M[r, c, 1], down(b - e), up(b + e))
+            a0, a1 = interval.mul(M[r, c, 0], M[r, c, 1], data[i, 3 + c, 0], data[i, 3 + c, 1])
             lo, hi = interval.add(lo, hi, a0, a1)
         out[r, 0] = lo
         out[r, 1] = hi
 
 
-@njit(cache=True, nogil=True)
-def system(model: Any, chart: int, z: Any, f: Any, J: Any, jacobian: bool) -> None:
-    """Enclose all n + 6 equations f (n + 6, 2) and, if asked, their derivatives J (n + 6, 6 + n, 2)."""
-    n = model.n_taut
-    R = np.empty((3, 3, 2))
-    dR = np.empty((3, 3, 3, 2))
-    rotation_interval(z, R, dR)
-    r = np.empty((3, 2))
-    dr = np.empty((3, 3, 2))
-    q = np.empty((3, 2))
-    e = np.empty((3, 2))
-    f[:, :] = 0.0
-    if jacobian:
-        J[:, :, :] = 0.0
-    for k in range(3):
-        f[n + k, 0] = down(model.load[k] - model.load_err[k])
-        f[n + k, 1] = up(model.load[k] + model.load_err[k])
-    for i in range(n):
-        matrix_point(R, model, chart, i, r)
-        t0, t1 = z[6 + i, 0], z[6 + i, 1]
-        s0, s1 = 0.0, 0.0
-        for k in range(3):
-            a = model.anchors[i, k]
-            w = model.anchors_err[i, k]
-            q[k, 0], q[k, 1] = interval.sub(down(a - w), up(a + w), z[3 + k, 0], z[3 + k, 1])
-            e[k, 0], e[k, 1] = interval.sub(q[k, 0], q[k, 1], r[k, 0], r[k, 1])
-            x0, x1 = interval.sqr(e[k, 0], e[k, 1])
-            s0, s1 = interval.add(s0, s1, x0, x1)
-        square = model.lengths_sq[i]
-        w = model.lengths_sq_err[i]
-        f[i, 0], f[i, 1] = interval.sub(s0, s1, down(square - w), up(square + w))
-        for k in range(3):
-            x0, x1 = interval.mul(t0, t1, e[k, 0], e[k, 1])
-            f[n + k, 0], f[n + k, 1] = interval.add(f[n + k, 0], f[n + k, 1], x0, x1)
-            a, b = (k + 1) % 3, (k + 2) % 3
-            m0, m1 = interval.mul(r[a, 0], r[a, 1], q[b, 0], q[b, 1])
-            v0, v1 = interval.mul(r[b, 0], r[b, 1], q[a, 0], q[a, 1])
-            m0, m1 = interval.sub(m0, m1, v0, v1)
-            x0, x1 = interval.mul(t0, t1, m0, m1)
-            f[n + 3 + k, 0], f[n + 3 + k, 1] = interval.add(f[n + 3 + k, 0], f[n + 3 + k, 1], x0, x1)
-            if jacobian:
-                J[n + k, 6 + i, 0], J[n + k, 6 + i, 1] = e[k, 0], e[k, 1]
-                J[n + 3 + k, 6 + i, 0], J[n + 3 + k, 6 + i, 1] = m0, m1
-        if jacobian:
-            for k in range(3):
-                matrix_point(dR[k], model, chart, i, dr[k])
-            cable_derivatives(n, i, t0, t1, r, q, e, dr, J)
-
-
-@njit(cache=True, nogil=True)
+@njit(
+    "void(i8, i8, f8, f8, f8[:, ::1], f8[:, ::1], f8[:, ::1], f8[:, :, ::1], f8[:, :, ::1])",
+    cache=True,
+    nogil=True,
+)
 def cable_derivatives(n: int, i: int, t0: float, t1: float, r: Any, q: Any, e: Any, dr: Any, J: Any) -> None:
     """Add cable i's part of the derivatives by u and p."""
     for k in range(3):
@@ -180,53 +156,102 @@ def cable_derivatives(n: int, i: int, t0: float, t1: float, r: Any, q: Any, e: A
         accumulate(J, n + 3 + b, 3 + k, x0, x1)
 
 
-@njit(cache=True, nogil=True)
-def reduced(n: int, rows: Any, free: Any, full: Any, column: int, out: Any) -> None:
-    """Keep the n length equations and the combinations ``rows`` of the statics ones.
-
-    ``full`` (n + 6, m, 2); writes column ``column`` of it, reduced, to out (n + len(rows), 2).
-    """
+@njit("void(f8[:, :, ::1], f8[:, ::1], f8[:, ::1], f8[:, :, ::1], b1)", cache=True, nogil=True)
+def system(data: Any, z: Any, f: Any, J: Any, jacobian: bool) -> None:
+    """Enclose all n + 6 equations f (n + 6, 2) and, if asked, their derivatives J (n + 6, 6 + n, 2)."""
+    n = data.shape[0] - 1
+    R = np.empty((3, 3, 2))
+    dR = np.empty((3, 3, 3, 2))
+    rotation_interval(z, R, dR)
+    r = np.empty((3, 2))
+    dr = np.empty((3, 3, 2))
+    q = np.empty((3, 2))
+    e = np.empty((3, 2))
+    f[:, :] = 0.0
+    if jacobian:
+        J[:, :, :] = 0.0
+    for k in range(3):
+        f[n + k, 0] = data[n, k, 0]
+        f[n + k, 1] = data[n, k, 1]
     for i in range(n):
-        out[i, 0] = full[i, column, 0]
-        out[i, 1] = full[i, column, 1]
+        matrix_point(R, data, i, r)
+        t0, t1 = z[6 + i, 0], z[6 + i, 1]
+        s0, s1 = 0.0, 0.0
+        for k in range(3):
+            q[k, 0], q[k, 1] = interval.sub(data[i, k, 0], data[i, k, 1], z[3 + k, 0], z[3 + k, 1])
+            e[k, 0], e[k, 1] = interval.sub(q[k, 0], q[k, 1], r[k, 0], r[k, 1])
+            x0, x1 = interval.sqr(e[k, 0], e[k, 1])
+            s0, s1 = interval.add(s0, s1, x0, x1)
+        f[i, 0], f[i, 1] = interval.sub(s0, s1, data[i, 6, 0], data[i, 6, 1])
+        for k in range(3):
+            x0, x1 = interval.mul(t0, t1, e[k, 0], e[k, 1])
+            f[n + k, 0], f[n + k, 1] = interval.add(f[n + k, 0], f[n + k, 1], x0, x1)
+            a, b = (k + 1) % 3, (k + 2) % 3
+            m0, m1 = interval.mul(r[a, 0], r[a, 1], q[b, 0], q[b, 1])
+            v0, v1 = interval.mul(r[b, 0], r[b, 1], q[a, 0], q[a, 1])
+            m0, m1 = interval.sub(m0, m1, v0, v1)
+            x0, x1 = interval.mul(t0, t1, m0, m1)
+            f[n + 3 + k, 0], f[n + 3 + k, 1] = interval.add(f[n + 3 + k, 0], f[n + 3 + k, 1], x0, x1)
+            if jacobian:
+                J[n + k, 6 + i, 0], J[n + k, 6 + i, 1] = e[k, 0], e[k, 1]
+                J[n + 3 + k, 6 + i, 0], J[n + 3 + k, 6 + i, 1] = m0, m1
+        if jacobian:
+            for k in range(3):
+                matrix_point(dR[k], data, i, dr[k])
+            cable_derivatives(n, i, t0, t1, r, q, e, dr, J)
+
+
+@njit("void(i8, f8[:, ::1], f8[:, ::1], f8[:, ::1])", cache=True, nogil=True)
+def keep(n: int, rows: Any, f: Any, out: Any) -> None:
+    """Keep the n length equations and the combinations ``rows`` of the statics ones of f (n + 6, 2)."""
+    for i in range(n):
+        out[i, 0] = f[i, 0]
+        out[i, 1] = f[i, 1]
     for i in range(rows.shape[0]):
         lo, hi = 0.0, 0.0
         for k in range(6):
-            c = rows[i, k]
-            if c != 0.0:
-                a, b = interval.scale(c, full[n + k, column, 0], full[n + k, column, 1])
+            if rows[i, k] != 0.0:
+                a, b = interval.scale(rows[i, k], f[n + k, 0], f[n + k, 1])
                 lo, hi = interval.add(lo, hi, a, b)
         out[n + i, 0] = lo
         out[n + i, 1] = hi
 
 
-@njit(cache=True, nogil=True)
-def jacobian_over(model: Any, chart: int, rows: Any, free: Any, z: Any, J: Any) -> None:
-    """Enclose the reduced square Jacobian (m, m, 2) over the box z (6 + n, 2)."""
-    n = model.n_taut
-    m = free.shape[0]
+@njit(
+    "void(f8[:, :, ::1], f8[:, ::1], i8[::1], f8[:, ::1], f8[:, ::1], f8[:, :, ::1])", cache=True, nogil=True
+)
+def jacobian_over(data: Any, rows: Any, free: Any, z: Any, f: Any, J: Any) -> None:
+    """Enclose the reduced equations f (m, 2) and their Jacobian J (m, m, 2) over the box z (6 + n, 2)."""
+    n = data.shape[0] - 1
     full_f = np.empty((n + 6, 2))
     full = np.empty((n + 6, 6 + n, 2))
-    system(model, chart, z, full_f, full, True)
-    column = np.empty((m, 2))
-    for j in range(m):
-        reduced(n, rows, free, full, free[j], column)
-        for i in range(m):
-            J[i, j, 0] = column[i, 0]
-            J[i, j, 1] = column[i, 1]
+    system(data, z, full_f, full, True)
+    keep(n, rows, full_f, f)
+    for j in range(free.shape[0]):
+        for i in range(n):
+            J[i, j, 0] = full[i, free[j], 0]
+            J[i, j, 1] = full[i, free[j], 1]
+        for i in range(rows.shape[0]):
+            lo, hi = 0.0, 0.0
+            for k in range(6):
+                if rows[i, k] != 0.0:
+                    a, b = interval.scale(rows[i, k], full[n + k, free[j], 0], full[n + k, free[j], 1])
+                    lo, hi = interval.add(lo, hi, a, b)
+            J[n + i, j, 0] = lo
+            J[n + i, j, 1] = hi
 
 
-@njit(cache=True, nogil=True)
-def residual_at(model: Any, chart: int, rows: Any, free: Any, z: Any, out: Any) -> None:
-    """Enclose the reduced equations (m, 2) over the box z."""
-    n = model.n_taut
-    full = np.empty((n + 6, 1, 2))
+@njit("void(f8[:, :, ::1], f8[:, ::1], f8[:, ::1], f8[:, ::1])", cache=True, nogil=True)
+def residual_at(data: Any, rows: Any, z: Any, out: Any) -> None:
+    """Enclose the reduced equations (m, 2) over the box z (6 + n, 2)."""
+    n = data.shape[0] - 1
+    f = np.empty((n + 6, 2))
     unused = np.empty((1, 1, 2))
-    system(model, chart, z, full[:, 0, :], unused, False)
-    reduced(n, rows, free, full, 0, out)
+    system(data, z, f, unused, False)
+    keep(n, rows, f, out)
 
 
-@njit(cache=True, nogil=True)
+@njit("b1(f8[:, :, ::1], f8[:, ::1])", cache=True, nogil=True)
 def inverse_at(J: Any, C: Any) -> bool:
     """Write the float inverse of the middle of J (m, m, 2) to C (m, m)."""
     m = J.shape[0]
@@ -243,8 +268,8 @@ def inverse_at(J: Any, C: Any) -> bool:
     return True
 
 
-@njit(cache=True, nogil=True)
-def newton(model: Any, chart: int, rows: Any, free: Any, z: Any, steps: int) -> bool:
+@njit("b1(f8[:, :, ::1], f8[:, ::1], i8[::1], f8[::1], i8)", cache=True, nogil=True)
+def newton(data: Any, rows: Any, free: Any, z: Any, steps: int) -> bool:
     """Improve z (6 + n,) by Newton steps in floats; True when it converged."""
     m = free.shape[0]
     box = np.empty((z.shape[0], 2))
@@ -256,8 +281,7 @@ def newton(model: Any, chart: int, rows: Any, free: Any, z: Any, steps: int) -> 
         for k in range(z.shape[0]):
             box[k, 0] = z[k]
             box[k, 1] = z[k]
-        jacobian_over(model, chart, rows, free, box, J)
-        residual_at(model, chart, rows, free, box, f)
+        jacobian_over(data, rows, free, box, f, J)
         for i in range(m):
             for j in range(m):
                 a[i, j] = 0.5 * (J[i, j, 0] + J[i, j, 1])
@@ -276,12 +300,14 @@ def newton(model: Any, chart: int, rows: Any, free: Any, z: Any, steps: int) -> 
     return last < 1e-9
 
 
-@njit(cache=True, nogil=True)
-def krawczyk_matrix(model: Any, chart: int, rows: Any, free: Any, C: Any, z: Any, out: Any) -> None:
+@njit(
+    "void(f8[:, :, ::1], f8[:, ::1], i8[::1], f8[:, ::1], f8[:, ::1], f8[:, :, ::1])", cache=True, nogil=True
+)
+def krawczyk_matrix(data: Any, rows: Any, free: Any, C: Any, z: Any, out: Any) -> None:
     """Enclose I - C J(z) in out (m, m, 2)."""
     m = free.shape[0]
-    J = np.empty((m, m, 2))
-    jacobian_over(model, chart, rows, free, z, J)
+    J, f = np.empty((m, m, 2)), np.empty((m, 2))
+    jacobian_over(data, rows, free, z, f, J)
     for i in range(m):
         for j in range(m):
             lo = 1.0 if i == j else 0.0
@@ -293,8 +319,8 @@ def krawczyk_matrix(model: Any, chart: int, rows: Any, free: Any, C: Any, z: Any
             out[i, j, 1] = hi
 
 
-@njit(cache=True, nogil=True)
-def krawczyk(model: Any, chart: int, rows: Any, free: Any, C: Any, z: Any, image: Any) -> bool:
+@njit("b1(f8[:, :, ::1], f8[:, ::1], i8[::1], f8[:, ::1], f8[:, ::1], f8[:, ::1])", cache=True, nogil=True)
+def krawczyk(data: Any, rows: Any, free: Any, C: Any, z: Any, image: Any) -> bool:
     """Apply the Krawczyk operator to the box z (6 + n, 2); True when the image lies strictly inside.
 
     Guarantee: True proves that for every choice of the data in their enclosures (lengths in
@@ -312,9 +338,9 @@ def krawczyk(model: Any, chart: int, rows: Any, free: Any, C: Any, z: Any, image
         image[k, 1] = z[k, 1]
     # Fixed unknowns keep their (exact, zero-width) values in both.
     f = np.empty((m, 2))
-    residual_at(model, chart, rows, free, middle, f)
+    residual_at(data, rows, middle, f)
     E = np.empty((m, m, 2))
-    krawczyk_matrix(model, chart, rows, free, C, z, E)
+    krawczyk_matrix(data, rows, free, C, z, E)
     inside = True
     for i in range(m):
         x = middle[free[i], 0]
@@ -334,37 +360,47 @@ def krawczyk(model: Any, chart: int, rows: Any, free: Any, C: Any, z: Any, image
     return inside
 
 
-@njit(cache=True, nogil=True)
-def regular(model: Any, chart: int, rows: Any, free: Any, C: Any, z: Any) -> bool:
-    """Return True when the square system has at most one zero in the box z (for every choice of data).
+@njit("f8(f8[:, :, ::1], f8[:, ::1], i8[::1], f8[:, ::1], f8[:, ::1])", cache=True, nogil=True)
+def growth(data: Any, rows: Any, free: Any, C: Any, z: Any) -> float:
+    """Return how much |I - C J(z)| stretches a positive vector: below 1 only with a proof.
 
-    Proof: |I - C J(z)| v < v for one v > 0 shows that every matrix in C J(z) is regular; two zeros would
-    differ by a kernel vector of one of them (mean value theorem, row by row). v comes from a few steps
-    of power iteration, started at the box's half widths.
+    Guarantee: a value below 1 proves that the square system has at most one zero in the box z, for every
+    choice of data. Proof: |I - C J(z)| v < v for one v > 0 shows that every matrix in C J(z) is regular; two
+    zeros would differ by a kernel vector of one of them (mean value theorem, row by row). v comes from
+    power iteration, started at the box's half widths; the value estimates the spectral radius from above.
     """
     m = free.shape[0]
     E = np.empty((m, m, 2))
-    krawczyk_matrix(model, chart, rows, free, C, z, E)
+    krawczyk_matrix(data, rows, free, C, z, E)
     v = np.empty(m)
     image = np.empty(m)
     for i in range(m):
         v[i] = up(z[free[i], 1] - z[free[i], 0]) + 1e-300
+    best = math.inf
     for _ in range(PERRON_STEPS):
         smaller = True
+        ratio, largest = 0.0, 0.0
         for i in range(m):
             total = 0.0
             for j in range(m):
                 total = up(total + up(interval.mag(E[i, j, 0], E[i, j, 1]) * v[j]))
             image[i] = total
+            if not v[i] > 0.0:
+                return best
             smaller = smaller and total < v[i]
-        if smaller:
-            return True
-        largest = 0.0
-        for i in range(m):
-            largest = max(largest, image[i])
-        if not 0.0 < largest < math.inf:
-            return False
+            ratio = max(ratio, total / v[i])
+            largest = max(largest, total)
+        if not largest < math.inf:
+            return math.inf
+        best = min(best, min(ratio, BELOW_ONE) if smaller else max(ratio, 1.0))
+        if not largest > 0.0:
+            return best
         for i in range(m):
             # The floor keeps v positive and the comparison strict where a row of E vanishes.
             v[i] = image[i] / largest + PERRON_FLOOR * v[i]
-    return False
+    return best
+
+
+def regular(data: Any, rows: Any, free: Any, C: Any, z: Any) -> bool:
+    """Return True when the square system has at most one zero in the box z (for every choice of data)."""
+    return bool(growth(data, rows, free, C, z) < 1.0)

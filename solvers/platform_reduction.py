@@ -4,19 +4,26 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import lru_cache
 
+import numpy as np
 from flint import arb_mat
+from numpy.typing import NDArray
 
 from cdpr_interval.robots.model import Vector
 from solvers import balls
 from solvers.platform_families import Classification, Kind, cross, is_zero, minus
 from solvers.platform_frame import Frame, upward
 from solvers.platform_model import Model, Range, RangeVector, build_model
+from solvers.platform_prepared import Lengths, Prepared, kind_of
 from solvers.platform_roots import ABOUT_ROD, ABOUT_VERTICAL, GENERAL, GEOMETRY, PLANAR, Reduction
 from solvers.problem import Options, Problem
 
+TEMPLATES = 512
+"""Most searches kept without their lengths; a model of eight cables takes about 20 kB."""
 
-@dataclass(frozen=True)
+
+@dataclass(frozen=True, eq=False)
 class Reduced:
     """One search that together with its mirror image covers a taut subset."""
 
@@ -25,15 +32,63 @@ class Reduced:
     reduction: Reduction
 
 
+@dataclass(frozen=True, eq=False)
+class Template:
+    """A search before the lengths are known."""
+
+    cables: NDArray[np.int64]
+    """The model's cables: the taut ones, then those whose slackness is looked at."""
+    reduced: Reduced
+    """Its model has lengths of 1."""
+
+    def with_lengths(self, lengths: Lengths) -> Reduced:
+        """Return the search for these lengths."""
+        model = self.reduced.model._replace(
+            lengths=lengths.bounds[self.cables],
+            lengths_sq=lengths.squares[self.cables],
+            lengths_sq_err=lengths.squares_err[self.cables],
+        )
+        return Reduced(self.reduced.frame, model, self.reduced.reduction)
+
+
 def reduced_problems(
-    problem: Problem, options: Options, taut: tuple[int, ...], kind: Classification
+    robot: Prepared, lengths: Lengths, options: Options, taut: tuple[int, ...]
 ) -> list[Reduced]:
     """Return the searches whose roots are all poses of the subset (modulo its family)."""
+    found = templates(robot, taut, not options.ignore_tension_sign, not options.ignore_slack)
+    return [template.with_lengths(lengths) for template in found]
+
+
+@lru_cache(maxsize=TEMPLATES)
+def templates(robot: Prepared, taut: tuple[int, ...], statics: bool, slack: bool) -> tuple[Template, ...]:
+    """Return a subset's searches without the lengths."""
+    problem, kind = robot.problem, kind_of(robot, taut)
     family = kind.vertical or kind.rod
-    others = () if family else tuple(i for i in range(len(problem.lengths)) if i not in taut)
-    slack = not (family or options.ignore_slack)
-    if kind.kind is Kind.PLANE:
-        return plane_problems(problem, taut, kind, others, slack)
+    others = () if family else tuple(i for i in range(len(problem.robot.cables)) if i not in taut)
+    cables = np.array((*taut, *others), dtype=np.int64)
+    slack = slack and not family
+    with balls.precision():
+        if kind.kind is Kind.PLANE:
+            found = plane_problems(problem, taut, kind, others, slack)
+        else:
+            found = [space_problem(problem, taut, kind, others, statics, slack)]
+    return tuple(Template(cables, reduced) for reduced in found)
+
+
+def unit_lengths(count: int) -> list[Range]:
+    """Return stand-ins for the lengths of a template's cables."""
+    return [Range.exact(1)] * count
+
+
+def space_problem(
+    problem: Problem,
+    taut: tuple[int, ...],
+    kind: Classification,
+    others: tuple[int, ...],
+    statics: bool,
+    slack: bool,
+) -> Reduced:
+    """Return the search of a subset that lies in no plane."""
     if kind.kind is Kind.ABOUT_VERTICAL:
         frame, reduction = vertical_frame(problem, taut), ABOUT_VERTICAL
     elif kind.kind is Kind.ABOUT_ROD:
@@ -48,16 +103,9 @@ def reduced_problems(
     anchors = [frame.anchor(problem.robot.cables[i].frame_anchor) for i in (*taut, *others)]
     if kind.kind is Kind.ABOUT_VERTICAL:
         load, anchors = on_axis(load, 2), [on_axis(a, 2) for a in anchors]
-    model = build_model(
-        anchors,
-        points,
-        [Range(*problem.lengths[i]) for i in (*taut, *others)],
-        load,
-        len(taut),
-        statics=not options.ignore_tension_sign,
-        slack=slack,
-    )
-    return [Reduced(frame, model, reduction)]
+    lengths = unit_lengths(len(points))
+    model = build_model(anchors, points, lengths, load, len(taut), statics=statics, slack=slack)
+    return Reduced(frame, model, reduction)
 
 
 def on_axis(v: RangeVector, axis: int) -> RangeVector:
@@ -128,7 +176,7 @@ def plane_problems(
         model = build_model(
             anchors,
             points,
-            [Range(*problem.lengths[i]) for i in everyone],
+            unit_lengths(len(everyone)),
             on_axis(frame.force(problem.load), 2),
             flat,
             planar=True,

@@ -1,37 +1,25 @@
-"""Roots of a taut subset's square system: found in floats, proved, and given a uniqueness box."""
+"""Proved roots of a taut subset's square system, and which unknowns and equations that system has."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
 
+from cdpr_interval.engine.budget import Budget
 from cdpr_interval.kernels.second_order import ROTATION_ONLY, WHOLE_POSE
-from solvers import platform_newton as newton
 from solvers import platform_pose as pose
 from solvers import platform_turn as turn
-from solvers.platform_model import HALF_TURNS, Model
+from solvers.platform_model import Model
+from solvers.platform_proof import MOST_STARTS, Bench, System, find_roots
 from solvers.platform_scratch import enclose_pose_cell, enclose_turn_cell, form_arrays
+from solvers.platform_starts import rotation_at
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
-
-NEWTON_STEPS = 40
-FAR_OUT = 3.0
-"""Newton may leave a chart's cube [-1, 1]^3; beyond this another chart finds the root better."""
-INFLATIONS = 15
-"""Rounds of epsilon-inflation before a candidate counts as not provable."""
-REFINEMENTS = 3
-"""Krawczyk steps after the proof; each contracts quadratically down to rounding."""
-FIRST_REACH = 0.25
-"""Half width in u of the first uniqueness box tried."""
-LAST_REACH = 1e-9
-"""Smallest one: below it rounding alone fills the box."""
-ROD_WIDTH = 0.1
-"""Widest box in u about a rod: the two kept moments then stay independent of the rod's direction."""
-MARGIN = 0.1
-"""Share by which a uniqueness box exceeds the enclosure it was made from."""
 
 
 @dataclass(frozen=True)
@@ -57,16 +45,19 @@ class Reduction:
             fixed.add(4)
         return np.array([k for k in range(6 + n) if k not in fixed], dtype=np.int64)
 
-    def rows(self, z: Floats, chart: int) -> Floats:
-        """Return the kept combinations of the six statics equations near the pose z."""
-        unit = np.eye(6)
-        if not self.rod:
-            return np.ascontiguousarray(unit[list(self.statics)].reshape(-1, 6))
-        axis = rotation(z[:3], chart)[:, 2]
-        across = np.linalg.svd(axis[None, :])[2][1:]
-        combinations = np.zeros((2, 6))
-        combinations[:, 3:] = across
-        return np.vstack([unit[:3], combinations])
+    def rows(self) -> Floats:
+        """Return the kept combinations of the six statics equations; with ``rod`` two are left zero."""
+        unit = np.eye(6)[list(self.statics)].reshape(-1, 6)
+        return np.vstack([unit, np.zeros((2, 6))]) if self.rod else np.ascontiguousarray(unit)
+
+
+@cache
+def system_of(reduction: Reduction, n: int) -> System:
+    """Return the reduced system of n taut cables as the kernels see it; there are only a few."""
+    used = [chart for chart in range(4) if reduction.frozen[chart] is not None]
+    free = np.array([reduction.free(n, chart if chart in used else used[0]) for chart in range(4)])
+    frozen = np.array([[k in (reduction.frozen[chart] or ()) for k in range(3)] for chart in range(4)])
+    return System(free, frozen, reduction.rows(), reduction.rod, bool(reduction.statics))
 
 
 GENERAL = Reduction(((), (), (), ()), (0, 1, 2, 3, 4, 5))
@@ -104,185 +95,61 @@ class Root:
         return np.concatenate([[self.chart], self.unique[:, 0], self.unique[:, 1]])
 
 
-def rotation(u: Floats, chart: int) -> Floats:
-    """Return R(u) D_c in floats, (3, 3)."""
-    x = np.array([[0.0, -u[2], u[1]], [u[2], 0.0, -u[0]], [-u[1], u[0], 0.0]])
-    result: Floats = (np.eye(3) + 2.0 / (1.0 + float(u @ u)) * (x + x @ x)) * HALF_TURNS[chart][None, :]
-    return result
-
-
 class Prover:
     """Finds and proves roots of one reduced system."""
 
     def __init__(self, model: Model, reduction: Reduction) -> None:
         self.model = model
-        self.reduction = reduction
-        self.turn_arrays = form_arrays(ROTATION_ONLY, turn.WIDTH)
-        self.pose_arrays = form_arrays(WHOLE_POSE, pose.P_WIDTH)
+        self.system = system_of(reduction, model.n_taut)
+        self.turn_scratch = form_arrays(ROTATION_ONLY, turn.WIDTH)
+        self.pose_scratch = form_arrays(WHOLE_POSE, pose.P_WIDTH)
 
-    def start(self, chart: int, u: Floats, p: Floats) -> Floats:
-        """Complete a pose to z = (u, p, t) with least-squares t; fixed coordinates become exactly 0."""
-        model = self.model
-        u, p = u.copy(), p.copy()
-        u[list(self.reduction.frozen[chart] or ())] = 0.0
-        if self.reduction.planar:
-            p[1] = 0.0
-        r = model.points[0, : model.n_taut] @ rotation(u, chart).T
-        e = model.anchors[: model.n_taut] - r - p
-        wrenches = np.hstack([e, np.cross(r, e) / model.size]).T
-        load = np.concatenate([model.load, np.zeros(3)])
-        t = np.linalg.lstsq(wrenches, -load, rcond=None)[0] if self.reduction.statics else np.zeros(len(e))
-        return np.concatenate([u, p, t])
+    def bench(self, roots: Sequence[Root]) -> Bench:
+        """Return scratch that holds the roots known, with room for as many as one call may find."""
+        room = (len(roots) + MOST_STARTS, 6 + self.model.n_taut, 2)
+        charts, unique = np.zeros(room[0], dtype=np.int64), np.empty(room)
+        for k, root in enumerate(roots):
+            charts[k] = root.chart
+            unique[k] = root.unique
+        return Bench(self.turn_scratch, self.pose_scratch, charts, unique, np.empty(room), np.empty(room))
 
-    def position_of(self, cell: Floats, in_position: bool) -> Floats:
-        """Return p at the middle of a cell, in floats."""
-        u = 0.5 * (cell[0:6:2] + cell[1:6:2])
-        chart = int(cell[pose.P_CHART if in_position else turn.CHART])
-        order = self.model.orders[0]
-        centre = self.centres(chart, u)[order[0]]
-        if in_position:
-            return np.asarray(centre + 0.5 * (cell[6:12:2] + cell[7:12:2]))
-        foot, normal, height_sq = self.branches(chart, u, order)
-        return np.asarray(centre + foot + cell[turn.BRANCH] * np.sqrt(max(height_sq, 0.0)) * normal)
+    def find(
+        self, leaves: Floats, leaf_size: float, in_position: bool, known: Sequence[Root], budget: Budget
+    ) -> list[Root]:
+        """Start Newton from leaves spread over each cluster; return the new roots that were proved."""
+        found: list[Root] = []
+        todo, first = np.ones(len(leaves), dtype=np.bool_), 0
+        while first < len(leaves) and budget.stop() is None:
+            before = [*known, *found]
+            bench = self.bench(before)
+            first, count = find_roots(
+                self.model,
+                self.system,
+                bench,
+                len(before),
+                leaves,
+                todo,
+                first,
+                in_position,
+                leaf_size,
+            )
+            for k in range(len(before), count):
+                box, unique, core = bench.boxes[k].copy(), bench.unique[k].copy(), bench.cores[k].copy()
+                found.append(Root(int(bench.charts[k]), box, unique, core))
+        return found
 
-    def centres(self, chart: int, u: Floats) -> Floats:
-        """Return the centres c_i = A_i - R b_i of the taut cables' spheres, (n, 3)."""
-        n = self.model.n_taut
-        centres: Floats = self.model.anchors[:n] - self.model.points[0, :n] @ rotation(u, chart).T
-        return centres
-
-    def branches(self, chart: int, u: Floats, order: Ints) -> tuple[Floats, Floats, float]:
-        """Return foot, unit normal and squared height of the two positions x of a rotation."""
-        model = self.model
-        c = self.centres(chart, u)
-        i, j = order[0], order[1]
-        d2 = c[j] - c[i]
-        k2 = 0.5 * (d2 @ d2 + model.lengths_sq[i] - model.lengths_sq[j])
-        if model.planar:
-            d3, k3 = np.array([0.0, 1.0, 0.0]), 0.0
-        else:
-            d3 = c[order[2]] - c[i]
-            k3 = 0.5 * (d3 @ d3 + model.lengths_sq[i] - model.lengths_sq[order[2]])
-        m = np.cross(d2, d3)
-        normal = m / max(float(np.linalg.norm(m)), 1e-300)
-        foot = np.linalg.lstsq(np.array([d2, d3, m]), np.array([k2, k3, 0.0]), rcond=None)[0]
-        return foot, normal, float(model.lengths_sq[i] - foot @ foot)
-
-    def polish(self, chart: int, z: Floats) -> Floats | None:
-        """Run Newton in floats; None when it does not converge."""
-        z = z.copy()
-        rows, free = self.reduction.rows(z, chart), self.reduction.free(self.model.n_taut, chart)
-        if not newton.newton(self.model, chart, rows, free, z, NEWTON_STEPS):
-            return None
-        return z if np.all(np.abs(z[:3]) < FAR_OUT) else None
-
-    def prove(self, chart: int, z: Floats) -> Root | None:
-        """Prove that exactly one root lies near the float zero z; None when that fails."""
-        model = self.model
-        rows, free = self.reduction.rows(z, chart), self.reduction.free(model.n_taut, chart)
-        point = np.column_stack([z, z])
-        m = len(free)
-        jacobian, inverse = np.empty((m, m, 2)), np.empty((m, m))
-        newton.jacobian_over(model, chart, rows, free, point, jacobian)
-        if not newton.inverse_at(jacobian, inverse) or not np.all(np.isfinite(inverse)):
-            return None
-        box = self.existence_box(model, chart, rows, free, inverse, point)
-        if box is None or (self.reduction.rod and np.ptp(box[:3], axis=1).max() > ROD_WIDTH):
-            return None
-        unique = self.uniqueness_box(chart, rows, free, inverse, box)
-        if unique is None:
-            return None
-        core = box
-        if np.any(model.lengths[:, 0] < model.lengths[:, 1]):
-            one_choice = model._replace(lengths_sq_err=np.zeros_like(model.lengths_sq_err))
-            found = self.existence_box(one_choice, chart, rows, free, inverse, point)
-            core = box if found is None else found
-        return Root(chart, box, unique, core)
-
-    def existence_box(
-        self, model: Model, chart: int, rows: Floats, free: Ints, inverse: Floats, point: Floats
-    ) -> Floats | None:
-        """Grow a box around the point until the Krawczyk operator maps it strictly into itself."""
-        residual = np.empty((len(free), 2))
-        newton.residual_at(model, chart, rows, free, point, residual)
-        radius = np.abs(inverse) @ np.abs(residual).max(axis=1)
-        scale = 1e-15 * (np.abs(point[free, 0]) + np.abs(point[:6, 0]).max())
-        image = np.empty_like(point)
-        box = point.copy()
-        grown = np.column_stack([point[free, 0] - radius, point[free, 0] + radius])
-        for _ in range(INFLATIONS):
-            slack = MARGIN * (grown[:, 1] - grown[:, 0]) + scale
-            box[free, 0] = grown[:, 0] - slack
-            box[free, 1] = grown[:, 1] + slack
-            if newton.krawczyk(model, chart, rows, free, inverse, box, image):
-                return self.refined(model, chart, rows, free, inverse, box, image)
-            grown = image[free].copy()
-            if not np.all(np.isfinite(grown)):
-                return None
-        return None
-
-    def refined(
-        self, model: Model, chart: int, rows: Floats, free: Ints, inverse: Floats, box: Floats, image: Floats
-    ) -> Floats:
-        """Contract a proved box: the root lies in the box and in every image."""
-        best = np.column_stack([np.maximum(box[:, 0], image[:, 0]), np.minimum(box[:, 1], image[:, 1])])
-        for _ in range(REFINEMENTS):
-            newton.krawczyk(model, chart, rows, free, inverse, best, image)
-            best = np.column_stack([np.maximum(best[:, 0], image[:, 0]), np.minimum(best[:, 1], image[:, 1])])
-        return best
-
-    def uniqueness_box(
-        self, chart: int, rows: Floats, free: Ints, inverse: Floats, box: Floats
-    ) -> Floats | None:
-        """Return the largest box tried around a proved root that is proved to hold no second one.
-
-        Its shape is the enclosure of a search cell centred at the root, so that cells of half
-        that size near the root fit into it.
-        """
-        reach = FIRST_REACH
-        while reach > LAST_REACH:
-            enclosure = self.cell_enclosure(chart, box, reach)
-            if enclosure is not None:
-                lo = np.minimum(enclosure[:, 0], box[:, 0])
-                hi = np.maximum(enclosure[:, 1], box[:, 1])
-                grow = MARGIN * (hi - lo)
-                trial = box.copy()
-                trial[free, 0] = (lo - grow)[free]
-                trial[free, 1] = (hi + grow)[free]
-                if newton.regular(self.model, chart, rows, free, inverse, trial):
-                    return trial
-            reach *= 0.5
-        return None
-
-    def cell_enclosure(self, chart: int, box: Floats, reach: float) -> Floats | None:
-        """Enclose (u, p, t) over a cell in u or in (u, x) of half width ``reach`` around a root."""
-        model = self.model
-        lo, hi = np.empty(6 + model.n_taut), np.empty(6 + model.n_taut)
-        cell = self.cell_around(chart, box, reach, turn.WIDTH)
-        pivot = model.orders[0, 0]
-        z = box.mean(axis=1)
-        x = z[3:6] - self.centres(chart, z[:3])[pivot]
-        cell[turn.CHART] = chart
-        cell[turn.BRANCH] = np.sign(self.branches(chart, z[:3], model.orders[0])[1] @ x)
-        if enclose_turn_cell(self.turn_arrays, model, cell, lo, hi):
-            return np.column_stack([lo, hi])
-        cell = self.cell_around(chart, box, reach, pose.P_WIDTH)
-        for k in range(3):
-            pad = 0.0 if k == 1 and model.planar else reach * model.size
-            cell[6 + 2 * k], cell[7 + 2 * k] = x[k] - pad, x[k] + pad
-        cell[pose.P_CHART] = chart
-        if enclose_pose_cell(self.pose_arrays, model, cell, lo, hi):
-            return np.column_stack([lo, hi])
-        return None
-
-    def cell_around(self, chart: int, box: Floats, reach: float, columns: int) -> Floats:
-        """Return a cell of ``columns`` columns with u within ``reach`` of a root's."""
-        cell = np.zeros(columns)
-        frozen = self.reduction.frozen[chart] or ()
-        for k in range(3):
-            pad = 0.0 if k in frozen else reach
-            cell[2 * k], cell[2 * k + 1] = box[k, 0] - pad, box[k, 1] + pad
-        return cell
+    def root_near(self, chart: int, u: Floats, p: Floats) -> Root | None:
+        """Return the proved root that Newton finds from a pose."""
+        cell = np.zeros((1, pose.P_WIDTH))
+        pivot = self.model.orders[0, 0]
+        turned = np.empty((3, 3))
+        rotation_at(u, turned)
+        x = p - self.model.anchors[pivot] + turned @ self.model.points[chart, pivot]
+        cell[0, :6] = np.repeat(u, 2)
+        cell[0, 6:12] = np.repeat(x, 2)
+        cell[0, pose.P_CHART] = chart
+        found = self.find(cell, 0.0, True, [], Budget())
+        return found[0] if found else None
 
     def unsettled(self, cells: Floats, roots: list[Root], in_position: bool) -> Floats:
         """Return the cells whose equilibria are not all in one root's uniqueness box.
@@ -294,8 +161,8 @@ class Prover:
         keep = np.ones(len(cells), dtype=bool)
         for k, cell in enumerate(cells):
             if in_position:
-                known = enclose_pose_cell(self.pose_arrays, self.model, cell, lo, hi)
+                known = enclose_pose_cell(self.pose_scratch, self.model, cell, lo, hi)
             else:
-                known = enclose_turn_cell(self.turn_arrays, self.model, cell, lo, hi)
+                known = enclose_turn_cell(self.turn_scratch, self.model, cell, lo, hi)
             keep[k] = not (known and any(r.holds(int(cell[column]), lo, hi) for r in roots))
         return cells[keep]

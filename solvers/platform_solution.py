@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -11,7 +12,10 @@ from numpy.typing import NDArray
 from cdpr_interval.robots.model import Robot
 from solvers import balls
 from solvers.orientation import quaternion_from_rotation, rpy_from_rotation
-from solvers.platform_frame import Pose
+from solvers.platform_fields import OPEN, STABLE, Cables, Fields, fill_fields
+from solvers.platform_frame import Frame, Pose
+from solvers.platform_prepared import Lengths
+from solvers.platform_roots import Root
 from solvers.problem import Options, Problem
 from solvers.result import CableState, Family, Nominal, Proof, Solution, Stability
 from solvers.stability import classify
@@ -119,6 +123,80 @@ def pose_solution(
     )
 
 
+def fields_of(
+    cables: Cables, lengths: Lengths, taut: tuple[int, ...], frame: Frame, roots: Sequence[Root]
+) -> Fields:
+    """Return what the roots of one search report, in bounds."""
+    m, n, count = len(roots), len(taut), len(cables.exits)
+    fields = Fields(
+        np.empty((m, 3, 3, 2)),
+        np.empty((m, 3, 2)),
+        np.empty((m, 2)),
+        np.empty((m, count, 2)),
+        np.empty((m, n, 2)),
+        np.zeros((m, count, 2)),
+        np.empty(m, dtype=np.int64),
+    )
+    if roots:
+        boxes = np.array([root.box for root in roots])
+        charts = np.array([root.chart for root in roots])
+        indices = np.array(taut, dtype=np.int64)
+        fill_fields(cables, frame.bounds, boxes, charts, indices, lengths.bounds, fields)
+    return fields
+
+
+def decided_solutions(
+    options: Options, lengths: Lengths, taut: tuple[int, ...], fields: Fields
+) -> list[tuple[bool, Solution | None]]:
+    """Return for each root whether it is decided, and then its solution or, proved to be none, None.
+
+    What is decided here is what ``pose_solution`` would decide.
+    """
+    densities, distances = fields.densities.tolist(), fields.distances.tolist()
+    limits = lengths.bounds.tolist()
+    others = [i for i in range(len(limits)) if i not in taut]
+    finite = np.asarray(np.isfinite(fields.tensions).all(axis=(1, 2))).tolist()
+    verdicts = fields.verdicts.tolist()
+    positions, rotations = middles(fields.position).tolist(), middles(fields.rotation)
+    states = tuple(CableState.TAUT if i in taut else CableState.SLACK for i in range(len(limits)))
+    found: list[tuple[bool, Solution | None]] = []
+    for k in range(len(verdicts)):
+        signs = [1 if lo > 0.0 else -1 if hi < 0.0 else 0 for lo, hi in densities[k]]
+        slack = [compared(distances[k][i], limits[i]) for i in others]
+        if (-1 in signs and not options.ignore_tension_sign) or (-1 in slack and not options.ignore_slack):
+            found.append((True, None))
+            continue
+        if 0 in signs or 0 in slack or verdicts[k] == OPEN or not finite[k]:
+            found.append((False, None))
+            continue
+        x, y, z = positions[k]
+        solution = Solution(
+            taut=taut,
+            cable_states=states,
+            position=fields.position[k],
+            rotation=fields.rotation[k],
+            height=fields.height[k],
+            tensions=fields.tensions[k],
+            distances=fields.distances[k],
+            slack_respected=-1 not in slack,
+            proof=Proof.INTERVAL_NEWTON,
+            stability=Stability.STABLE if verdicts[k] == STABLE else Stability.UNSTABLE,
+            nominal=nominal_pose((x, y, z), rotations[k]),
+        )
+        found.append((True, solution))
+    return found
+
+
+def compared(distance: list[float], length: list[float]) -> int:
+    """Return 1 for bounds of a distance below those of a length, -1 above, 0 where they meet."""
+    return 1 if distance[1] < length[0] else -1 if distance[0] > length[1] else 0
+
+
+def middles(bounds: Floats) -> Floats:
+    """Return the middles of bounds (..., 2)."""
+    return np.asarray(0.5 * bounds[..., 0] + 0.5 * bounds[..., 1])
+
+
 def is_slack(problem: Problem, view: Geometry, i: int) -> bool | None:
     """Return True: shorter than its length; False: longer; None: undecided."""
     length = length_ball(problem, i)
@@ -142,11 +220,13 @@ def height(robot: Robot, centre: arb_mat) -> Floats:
 
 def nominal(robot: Robot, pose: Pose) -> Nominal:
     """Return plain floats in the middle of the pose."""
-    p = balls.middle(origin(robot, pose))[:, 0]
-    R = balls.middle(pose.rotation)
-    w, x, y, z = (float(c) for c in quaternion_from_rotation(R))
-    roll, pitch, yaw = (float(c) for c in rpy_from_rotation(R))
-    return Nominal((float(p[0]), float(p[1]), float(p[2])), (w, x, y, z), (roll, pitch, yaw))
+    x, y, z = balls.middle(origin(robot, pose))[:, 0].tolist()
+    return nominal_pose((x, y, z), balls.middle(pose.rotation))
+
+
+def nominal_pose(position: tuple[float, float, float], rotation: Floats) -> Nominal:
+    """Return a pose in plain floats, its rotation as quaternion and angles."""
+    return Nominal(position, quaternion_from_rotation(rotation), rpy_from_rotation(rotation))
 
 
 def solve_densities(problem: Problem, taut: tuple[int, ...], pose: Pose) -> Pose | None:

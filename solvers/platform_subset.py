@@ -34,8 +34,6 @@ SPREAD_SHARE = 0.5
 """Last leaf size over (width of the length ranges / platform size)."""
 GROWING_LEAVES = 60_000
 """More leaves than this, and more than in the round before, mean a continuum that no search resolves."""
-CLAIM = 3.0
-"""A Newton start speaks for the other leaves within this many leaf sizes in u."""
 
 
 @dataclass
@@ -75,7 +73,7 @@ class SubsetSearch:
             if self.stop is not Stop.EXHAUSTED:
                 self.pending += len(small) + sum(map(len, handed_on))
                 return handed_on[0]
-            self.find_roots(prover, small, leaf_size, in_position)
+            self.roots += prover.find(small, leaf_size, in_position, self.roots, self.budget)
             growing = GROWING_LEAVES < before < len(small)
             cells, before = small, len(small)
             leaf_size *= LEAF_RATIO
@@ -114,36 +112,6 @@ class SubsetSearch:
         else:
             self.undecided = cells
 
-    def find_roots(self, prover: Prover, leaves: Floats, leaf_size: float, in_position: bool) -> None:
-        """Start Newton from leaves spread over each cluster and prove what it finds."""
-        charts = leaves[:, pose.P_CHART if in_position else turn.CHART].astype(int)
-        middles = 0.5 * (leaves[:, 0:6:2] + leaves[:, 1:6:2])
-        open_ = np.ones(len(leaves), dtype=bool)
-        for k in range(len(leaves)):
-            if not open_[k] or self.budget.stop() is not None:
-                continue
-            near = (charts == charts[k]) & (np.abs(middles - middles[k]).max(axis=1) <= CLAIM * leaf_size)
-            if not in_position:
-                near &= leaves[:, turn.BRANCH] == leaves[k, turn.BRANCH]
-            open_[near] = False
-            self.try_root(prover, int(charts[k]), middles[k], prover.position_of(leaves[k], in_position))
-
-    def try_root(self, prover: Prover, chart: int, u: Floats, p: Floats) -> None:
-        """Run Newton from a pose; add the root if it is new and can be proved."""
-        z = prover.polish(chart, prover.start(chart, u, p))
-        if z is None or self.known(chart, z):
-            return
-        root = prover.prove(chart, z)
-        if root is not None and not any(same_root(root, other) for other in self.roots):
-            self.roots.append(root)
-
-    def known(self, chart: int, z: Floats) -> bool:
-        """Return True when a float root lies in a uniqueness box of this chart: it cannot be a new one."""
-        return any(
-            root.chart == chart and np.all(root.unique[:, 0] <= z) and np.all(z <= root.unique[:, 1])
-            for root in self.roots
-        )
-
 
 def last_leaf(model: Model) -> float:
     """Return the leaf size at which to give up.
@@ -154,15 +122,6 @@ def last_leaf(model: Model) -> float:
     n = model.n_taut
     spread = float((model.lengths[:n, 1] - model.lengths[:n, 0]).max()) / model.size
     return max(LAST_LEAF, SPREAD_SHARE * spread)
-
-
-def same_root(a: Root, b: Root) -> bool:
-    """Return True when two proved roots of one chart are proved to be the same."""
-    return (
-        a.chart == b.chart
-        and bool(np.all(b.unique[:, 0] <= a.core[:, 0]))
-        and bool(np.all(a.core[:, 1] <= b.unique[:, 1]))
-    )
 
 
 def start_cells(reduction: Reduction) -> Floats:

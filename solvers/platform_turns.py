@@ -47,8 +47,10 @@ def turned(pose: Pose, axis: Axis, angle: arb) -> Pose:
 
 def axes_of(problem: Problem, taut: tuple[int, ...], kind: Classification, pose: Pose) -> list[Axis]:
     """Return the axes of a pose's family: none, one, or two for a torus."""
+    found: list[Axis] = []
+    if kind.kind is not Kind.ONE_POINT and not (kind.vertical or kind.rod):
+        return found
     up = upward(problem)
-    found = []
     if kind.kind is Kind.ONE_POINT:
         b = balls.fractions(problem.anchors_from_centre[taut[0]])
         found.append(Axis(pose.centre + pose.rotation * b, up))

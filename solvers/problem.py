@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from enum import StrEnum
 from fractions import Fraction
+from functools import cached_property
 
 from cdpr_interval.robots.model import Robot, Vector
 
@@ -64,14 +65,14 @@ class Problem:
     taut: tuple[int, ...] | None = None
     """One subset of cable indices (ascending) instead of all subsets."""
 
-    @property
+    @cached_property
     def load(self) -> Vector:
         """The force f = m g + F on the platform, N, base axes."""
         mass = self.robot.platform.mass
         g, extra = self.robot.gravity, self.external_force
         return (mass * g[0] + extra[0], mass * g[1] + extra[1], mass * g[2] + extra[2])
 
-    @property
+    @cached_property
     def anchors_from_centre(self) -> tuple[Vector, ...]:
         """B_i - G in the platform frame, m."""
         c = self.robot.platform.centre_of_mass

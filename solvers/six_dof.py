@@ -10,14 +10,21 @@ from cdpr_interval.engine.budget import Budget, Stop
 from cdpr_interval.engine.search import Report
 from solvers import balls
 from solvers.platform_clusters import anywhere, clusters
-from solvers.platform_families import Classification, Kind, classify
+from solvers.platform_families import Classification, Kind
 from solvers.platform_frame import Pose, lies_in, pose_of
 from solvers.platform_merge import absorb, distinct, is_open, shared
 from solvers.platform_point import point_solution, poses_at
+from solvers.platform_prepared import kind_of, lengths_of, prepared
 from solvers.platform_reach import reach_message
 from solvers.platform_reduction import Reduced, reduced_problems
 from solvers.platform_roots import Root
-from solvers.platform_solution import origin, pose_solution, solve_densities
+from solvers.platform_solution import (
+    decided_solutions,
+    fields_of,
+    origin,
+    pose_solution,
+    solve_densities,
+)
 from solvers.platform_subset import SubsetSearch
 from solvers.platform_turns import (
     Axis,
@@ -52,8 +59,6 @@ def solve(problem: Problem, options: Options) -> Answer:
     """
     run = Run(problem, options)
     with run.budget.listening(), balls.precision():
-        if problem.taut is not None:
-            run.remember_ends(problem.taut)
         for taut in subsets(problem):
             run.solve_subset(taut)
     return run.answer()
@@ -88,6 +93,10 @@ class Run:
         self.total = len(subsets(problem))
         self.found: list[tuple[tuple[int, ...], Found, float]] = []
         self.ends: list[FamilyEnd] = []
+        self.ends_known = problem.taut is None
+        """Smaller subsets come first; of one subset alone the parts are solved when they are needed."""
+        self.robot = prepared(problem)
+        self.lengths = lengths_of(problem)
 
     def solve_subset(self, taut: tuple[int, ...]) -> None:
         """Solve one subset and keep what it gives."""
@@ -104,17 +113,18 @@ class Run:
 
         Their ends are its roots with a tension of exactly zero.
         """
+        self.ends_known = True
         for missing in taut:
             part = tuple(i for i in taut if i != missing)
             if not part:
                 continue
-            kind = classify(self.problem, part)
+            kind = kind_of(self.robot, part)
             if kind.kind is Kind.ONE_POINT or (kind.kind is Kind.PLANE and (kind.vertical or kind.rod)):
                 self.examine(part, Found())
 
     def examine(self, taut: tuple[int, ...], found: Found) -> None:
         """Dispatch on the kind of the subset."""
-        kind = classify(self.problem, taut)
+        kind = kind_of(self.robot, taut)
         if kind.kind is Kind.DEPENDENT:
             # Smaller subsets hold all its poses; asked for alone, it has no isolated tensions to prove.
             if self.problem.taut is not None:
@@ -123,7 +133,7 @@ class Run:
         if kind.kind in (Kind.ONE_POINT, Kind.FREE_TURNING):
             self.examine_point(taut, kind, found)
             return
-        for reduced in reduced_problems(self.problem, self.options, taut, kind):
+        for reduced in reduced_problems(self.robot, self.lengths, self.options, taut):
             self.search(taut, kind, reduced, found)
 
     def examine_point(self, taut: tuple[int, ...], kind: Classification, found: Found) -> None:
@@ -157,14 +167,29 @@ class Run:
         found.pending += subset.pending
         if subset.stop is not Stop.EXHAUSTED:
             found.pending = max(found.pending, 1)
-        for root in distinct(subset.roots, reduced.frame):
-            self.add_root(taut, kind, reduced, root, found)
+        self.add_roots(taut, kind, reduced, distinct(subset.roots, reduced.frame), found)
         found.undecided += clusters(self.problem, taut, reduced, subset, kind.vertical or kind.rod)
+
+    def add_roots(
+        self, taut: tuple[int, ...], kind: Classification, reduced: Reduced, roots: list[Root], found: Found
+    ) -> None:
+        """Add the solutions or families of proved roots."""
+        if kind.vertical or kind.rod:
+            for root in roots:
+                self.add_root(taut, kind, reduced, root, found)
+            return
+        fields = fields_of(self.robot.cables, self.lengths, taut, reduced.frame, roots)
+        solutions = decided_solutions(self.options, self.lengths, taut, fields)
+        for root, (decided, solution) in zip(roots, solutions, strict=True):
+            if not decided:
+                self.add_root(taut, kind, reduced, root, found)
+            elif solution is not None:
+                found.solutions.append(solution)
 
     def add_root(
         self, taut: tuple[int, ...], kind: Classification, reduced: Reduced, root: Root, found: Found
     ) -> None:
-        """Add the solution or family of one proved root."""
+        """Add the solution or family of one proved root, in ball arithmetic."""
         pose: Pose | None = pose_of(root, reduced.frame)
         assert pose is not None
         if len(taut) == MOST_TAUT:
@@ -188,6 +213,8 @@ class Run:
 
     def is_end(self, taut: tuple[int, ...], reduced: Reduced, root: Root) -> bool:
         """Return True when the root is the end of a smaller subset's family: a pose already covered."""
+        if not self.ends_known:
+            self.remember_ends(taut)
         for end in self.ends:
             if {*end.taut, end.cable} != set(taut):
                 continue

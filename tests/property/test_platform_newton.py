@@ -106,6 +106,12 @@ def point_in(rng: random.Random, box: Any) -> list[Fraction]:
     return values
 
 
+def data_of(model: Model, chart: int) -> Any:
+    data = np.empty((model.n_taut + 1, 7, 2))
+    newton.fill_data(model, chart, data)
+    return data
+
+
 def contains(bounds: Any, x: Fraction) -> bool:
     return bool(bounds[0] <= x <= bounds[1])
 
@@ -118,7 +124,7 @@ def test_system_and_derivatives_enclose_the_exact_ones(n: int) -> None:
             chart = rng.randrange(4)
             box = random_box(rng, n)
             f, J = np.empty((n + 6, 2)), np.empty((n + 6, 6 + n, 2))
-            newton.system(robot.model, chart, box, f, J, True)
+            newton.system(data_of(robot.model, chart), box, f, J, True)
             z = point_in(rng, box)
             for k in range(6 + n):
                 at = [Dual(x, int(j == k)) for j, x in enumerate(z)]
@@ -133,7 +139,7 @@ def test_the_system_vanishes_at_the_planted_pose(n: int) -> None:
     for robot in planted(n):
         box = np.array([enclose(x) for x in [*robot.u, *robot.p, *robot.t]])
         f, J = np.empty((n + 6, 2)), np.empty((n + 6, 6 + n, 2))
-        newton.system(robot.model, robot.chart, box, f, J, True)
+        newton.system(data_of(robot.model, robot.chart), box, f, J, True)
         assert all(contains(row, Fraction(0)) for row in f)
 
 
@@ -143,7 +149,7 @@ def test_the_error_of_every_datum_is_counted(n: int, name: str) -> None:
     robot = shifted(planted(n)[0], name, 1e-3)
     box = np.array([enclose(x) for x in [*robot.u, *robot.p, *robot.t]])
     f, J = np.empty((n + 6, 2)), np.empty((n + 6, 6 + n, 2))
-    newton.system(robot.model, robot.chart, box, f, J, True)
+    newton.system(data_of(robot.model, robot.chart), box, f, J, True)
     assert all(contains(row, Fraction(0)) for row in f)
     assert np.any(f[:, 1] - f[:, 0] > 1e-6)
     for k in range(6 + n):
@@ -159,7 +165,7 @@ def test_bounds_at_a_point_are_tight(n: int) -> None:
     box = random_box(rng, n)
     box[:, 1] = box[:, 0]
     f, J = np.empty((n + 6, 2)), np.empty((n + 6, 6 + n, 2))
-    newton.system(robot.model, 0, box, f, J, True)
+    newton.system(data_of(robot.model, 0), box, f, J, True)
     assert np.all(f[:, 1] - f[:, 0] < 1e-11)
     assert np.all(J[..., 1] - J[..., 0] < 1e-11)
 
@@ -173,8 +179,10 @@ def test_rows_and_fixed_unknowns_select_from_the_full_system() -> None:
         rows[1, 2] = 0.0
         free = np.array([0, 1, 3, 4, 5, 6, 8, 9])
         J, f = np.empty((8, 8, 2)), np.empty((8, 2))
-        newton.jacobian_over(robot.model, 2, rows, free, box, J)
-        newton.residual_at(robot.model, 2, rows, free, box, f)
+        alone = np.empty((8, 2))
+        newton.jacobian_over(data_of(robot.model, 2), rows, free, box, f, J)
+        newton.residual_at(data_of(robot.model, 2), rows, box, alone)
+        assert np.array_equal(f, alone)
         z = point_in(rng, box)
         for column, k in enumerate(free):
             full = equations(robot, 2, [Dual(x, int(j == k)) for j, x in enumerate(z)])
@@ -191,13 +199,8 @@ def test_rows_and_fixed_unknowns_select_from_the_full_system() -> None:
 def proved_root(robot: Planted) -> tuple[Prover, Root | None]:
     """Find and prove the planted root from a start beside it."""
     prover = Prover(robot.model, GEOMETRY if robot.n == 6 else GENERAL)
-    start = prover.start(
-        robot.chart, np.array(list(map(float, robot.u))), np.array(list(map(float, robot.p)))
-    )
-    start[:6] += 1e-5 * np.sin(np.arange(6))
-    z = prover.polish(robot.chart, start)
-    assert z is not None
-    return prover, prover.prove(robot.chart, z)
+    start = np.array([float(x) for x in [*robot.u, *robot.p]]) + 1e-5 * np.sin(np.arange(6))
+    return prover, prover.root_near(robot.chart, start[:3], start[3:])
 
 
 def exact_unknowns(robot: Planted) -> list[Fraction]:
@@ -220,10 +223,10 @@ def test_planted_roots_are_proved_and_lie_in_their_boxes(n: int) -> None:
 
 def setup(prover: Prover, chart: int, z: Any) -> tuple[Any, Any, Any]:
     """Return rows, free unknowns and the preconditioner at a float point."""
-    rows, free = prover.reduction.rows(z, chart), prover.reduction.free(prover.model.n_taut, chart)
+    rows, free = prover.system.rows, prover.system.free[chart]
     m = len(free)
-    J, C = np.empty((m, m, 2)), np.empty((m, m))
-    newton.jacobian_over(prover.model, chart, rows, free, np.column_stack([z, z]), J)
+    f, J, C = np.empty((m, 2)), np.empty((m, m, 2)), np.empty((m, m))
+    newton.jacobian_over(data_of(prover.model, chart), rows, free, np.column_stack([z, z]), f, J)
     assert newton.inverse_at(J, C)
     return rows, free, C
 
@@ -242,14 +245,14 @@ def test_krawczyk_never_proves_a_box_without_a_root(n: int) -> None:
         for radius in (1e-7, 1e-5, 1e-4):
             box = np.column_stack([z, z])
             box[free] += np.array([-radius, radius])
-            proved = newton.krawczyk(model, chart, rows, free, C, box, image)
+            proved = newton.krawczyk(data_of(model, chart), rows, free, C, box, image)
             assert proved or radius > 1e-6
             if proved:
                 assert all(contains(b, x) for b, x in zip(image, exact_unknowns(robot), strict=True))
             for _ in range(10):
                 away = box.copy()
                 away[rng.choice(list(free))] += rng.choice([-1, 1]) * radius * rng.uniform(1.01, 5.0)
-                assert not newton.krawczyk(model, chart, rows, free, C, away, image)
+                assert not newton.krawczyk(data_of(model, chart), rows, free, C, away, image)
 
 
 def scalar_range(x: float | int) -> Range:
@@ -282,9 +285,7 @@ def swing_roots(above: float) -> tuple[Prover, list[Root]]:
     roots: list[Root] = []
     for u in (-tilt, 0.0, tilt):
         p = np.array([9.2 * u, 0.0, -math.sqrt(3.0) - CRITICAL - above])
-        z = prover.polish(0, prover.start(0, np.array([0.0, u, 0.0]), p))
-        assert z is not None
-        root = prover.prove(0, z)
+        root = prover.root_near(0, np.array([0.0, u, 0.0]), p)
         assert root is not None
         roots.append(root)
     return prover, roots
@@ -312,8 +313,8 @@ def test_no_box_with_two_roots_is_called_regular(above: float) -> None:
             for grow in (0.0, 1e-3, 0.5):
                 box = hull.copy()
                 box[free] += grow * np.ptp(hull, axis=1)[free, None] * np.array([-1.0, 1.0])
-                assert not newton.regular(prover.model, 0, rows, free, C, box)
-                assert not newton.krawczyk(prover.model, 0, rows, free, C, box, image)
+                assert not newton.regular(data_of(prover.model, 0), rows, free, C, box)
+                assert not newton.krawczyk(data_of(prover.model, 0), rows, free, C, box, image)
 
 
 @pytest.mark.parametrize("above", [1e-1, 1e-2, 1e-4])
@@ -323,7 +324,7 @@ def test_boxes_around_one_of_three_roots_are_regular(above: float) -> None:
     for root in roots:
         z = root.box.mean(axis=1)
         rows, free, C = setup(prover, 0, z)
-        assert newton.regular(prover.model, 0, rows, free, C, root.unique)
+        assert newton.regular(data_of(prover.model, 0), rows, free, C, root.unique)
         gap = abs(roots[0].box - roots[1].box).max()
         assert np.ptp(root.unique, axis=1)[free].max() > 1e-5 * gap
 
@@ -341,7 +342,7 @@ def test_the_krawczyk_matrix_encloses_the_exact_one(n: int) -> None:
     for radius in (0.0, 1e-6, 0.1):
         box = root.box.copy()
         box[free] += np.array([-radius, radius])
-        newton.krawczyk_matrix(prover.model, robot.chart, rows, free, C, box, E)
+        newton.krawczyk_matrix(data_of(prover.model, robot.chart), rows, free, C, box, E)
         z = point_in(rng, box)
         for j, k in enumerate(free):
             at = [Dual(x, int(i == k)) for i, x in enumerate(z)]
@@ -367,9 +368,9 @@ def test_regular_means_that_the_matrix_contracts_the_box(n: int) -> None:
     for _ in range(60):
         scale = 0.5 * (small + large)
         box = np.column_stack([middle - scale * reach, middle + scale * reach])
-        answer = newton.regular(prover.model, robot.chart, rows, free, C, box)
+        answer = newton.regular(data_of(prover.model, robot.chart), rows, free, C, box)
         answers.append(answer)
-        newton.krawczyk_matrix(prover.model, robot.chart, rows, free, C, box, E)
+        newton.krawczyk_matrix(data_of(prover.model, robot.chart), rows, free, C, box, E)
         growth = np.abs(np.linalg.eigvals(np.abs(E).max(axis=2))).max()
         assert growth < 1.0 + 1e-12 or not answer
         # A few steps of power iteration may miss a vector close to the border.
@@ -389,5 +390,5 @@ def test_boxes_that_are_not_finite_prove_nothing(n: int) -> None:
         for lo, hi in ((-math.inf, math.inf), (math.nan, math.nan), (-1.0, math.inf), (-1e200, 1e200)):
             box = root.box.copy()
             box[k] = lo, hi
-            assert not newton.regular(prover.model, robot.chart, rows, free, C, box)
-            assert not newton.krawczyk(prover.model, robot.chart, rows, free, C, box, image)
+            assert not newton.regular(data_of(prover.model, robot.chart), rows, free, C, box)
+            assert not newton.krawczyk(data_of(prover.model, robot.chart), rows, free, C, box, image)
