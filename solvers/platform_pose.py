@@ -23,6 +23,7 @@ from solvers.platform_elimination import (
     SMALLER,
     STUCK,
     VERDICTS,
+    blank,
     cut_pivots,
     is_pivot,
     shrunk,
@@ -44,7 +45,6 @@ from solvers.platform_statics import balance_free, centre_columns, covers, limit
 from solvers.platform_turn import (
     OPEN,
     SMALL,
-    blank,
     contract_open,
     copy_cell,
     halve,
