@@ -1,4 +1,4 @@
-"""Kernels on lanes, called with arrays: a value of every lane is an array (LANES,), or (LANES, m) for m values.
+"""Kernels on lanes, called with arrays: a value in every lane is an array (LANES,).
 
 Lanes exist inside compiled code only. Nothing here is cached, so that a changed kernel is always seen.
 """
