@@ -113,6 +113,14 @@ def pivot_lane(W: LaneArray, lane: int, count: int, variables: int, symbols: int
     return rank
 
 
+@kernel(signatures(types.void, types.int64, lanes))
+def blank(F: Forms, row: int, keep: Lanes, S: Symbols) -> None:
+    """Set a row to zero, the equation 0 = 0, in the lanes where ``keep`` is not positive."""
+    K = len(S)
+    for k in range(1 + K + K * (K + 1) // 2 + 3):
+        store(F, row, k, where_less(0.0, keep, load(F, row, k), 0.0))
+
+
 @kernel(signatures(types.int64, array3, types.int64, types.int64, types.int64))
 def solve_for_pivots(F: Forms, W: LaneArray, first: int, count: int, variables: int, S: Symbols) -> int:
     """Solve up to six rows EQUATION + first.. for symbols below ``variables``.
@@ -137,6 +145,8 @@ def solve_for_pivots(F: Forms, W: LaneArray, first: int, count: int, variables: 
         constant(F, PIVOT + s, splat(0.0), splat(0.0), S)
         for j in range(count):
             add_scaled(F, PIVOT + s, EQUATION + first + j, load(W, TABLEAU + s, K + j), S)
+        # Where a lane has fewer, the roundings of others' pivots must not stay.
+        blank(F, PIVOT + s, load(W, PIVOTS, s) + 1.0, S)
     return most
 
 
@@ -153,9 +163,19 @@ def pivot_slope(F: Forms, row: int, W: LaneArray, s: int, S: Symbols) -> Lanes:
 
 @kernel(signatures(types.void, types.int64, array3, types.int64))
 def reduce_row(F: Forms, out: int, W: LaneArray, rank: int, S: Symbols) -> None:
-    """Add multiples of the solved rows to ``out`` so that the pivots' slopes vanish."""
+    """Add multiples of the solved rows to ``out`` so that the pivots' slopes vanish.
+
+    A lane with fewer pivots keeps its row bit by bit, or its error would depend on its neighbours.
+    """
+    K = len(S)
+    Q = 1 + K + K * (K + 1) // 2
     for s in range(rank):
+        error, linear, quadratic = load(F, out, Q), load(F, out, Q + 1), load(F, out, Q + 2)
+        pivot = load(W, PIVOTS, s)
         add_scaled(F, out, PIVOT + s, -pivot_slope(F, out, W, s, S), S)
+        store(F, out, Q, where_less(pivot, 0.0, error, load(F, out, Q)))
+        store(F, out, Q + 1, where_less(pivot, 0.0, linear, load(F, out, Q + 1)))
+        store(F, out, Q + 2, where_less(pivot, 0.0, quadratic, load(F, out, Q + 2)))
 
 
 @kernel(signatures(types.UniTuple(lanes, 2), lanes))

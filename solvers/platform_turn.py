@@ -49,7 +49,7 @@ from cdpr_interval.kernels.second_order import (
     signatures,
     widen,
 )
-from solvers.platform_elimination import EMPTY, SMALLER, STUCK, VERDICTS, contract, solve_for_pivots
+from solvers.platform_elimination import EMPTY, SMALLER, STUCK, VERDICTS, blank, contract, solve_for_pivots
 from solvers.platform_polynomials import (
     BLOCK,
     CABLE,
@@ -551,14 +551,6 @@ def both_branches(C: LaneArray, lane: int, children: Any) -> int:
     children[2 * lane, BRANCH] = 1.0
     children[2 * lane + 1, BRANCH] = -1.0
     return 2
-
-
-@kernel(signatures(types.void, INT, lanes))
-def blank(F: Forms, row: int, keep: Lanes, S: Symbols) -> None:
-    """Set a row to zero, the equation 0 = 0, in the lanes where ``keep`` is not positive."""
-    K = len(S)
-    for k in range(1 + K + K * (K + 1) // 2 + 3):
-        store(F, row, k, where_less(0.0, keep, load(F, row, k), 0.0))
 
 
 @kernel()

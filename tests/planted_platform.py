@@ -96,43 +96,80 @@ class Planted:
         """Return c_i = A_i - R b_i."""
         return minus(self.anchors[i], apply(self.rotation(u), self.points[i]))
 
-    def frame(self, u: Sequence[Fraction], order: int) -> list[Vector]:
-        """Return d_2, d_3 and m of a triple; in a plane d_3 is its normal."""
+    def frame(self, u: Sequence[Fraction]) -> list[Vector]:
+        """Return d_2, d_3 and m of the triple; in a plane d_3 is its normal."""
         if self.model.planar:
             d = minus(self.centre(u, 1), self.centre(u, 0))
             normal = [Fraction(0), Fraction(1), Fraction(0)]
             return [d, normal, cross(d, normal)]
-        i, j, k = (int(c) for c in self.model.orders[order, :3])
+        i, j, k = (int(c) for c in self.model.orders[0, :3])
         first = self.centre(u, i)
         d, e = minus(self.centre(u, j), first), minus(self.centre(u, k), first)
         return [d, e, cross(d, e)]
 
-    def offsets(self, u: Sequence[Fraction], order: int) -> Vector:
-        """Return K_2 and K_3 of a triple; in a plane K_3 = 0."""
-        d, e, _ = self.frame(u, order)
+    def offsets(self, u: Sequence[Fraction]) -> Vector:
+        """Return K_2 and K_3 of the triple; in a plane K_3 = 0."""
+        d, e, _ = self.frame(u)
         l_sq = self.lengths_sq
         if self.model.planar:
             return [(dot(d, d) + l_sq[0] - l_sq[1]) / 2, Fraction(0)]
-        i, j, k = (int(c) for c in self.model.orders[order, :3])
+        i, j, k = (int(c) for c in self.model.orders[0, :3])
         return [(dot(d, d) + l_sq[i] - l_sq[j]) / 2, (dot(e, e) + l_sq[i] - l_sq[k]) / 2]
 
-    def position(self, u: Sequence[Fraction], order: int, branch: int) -> Vector | None:
-        """Return x on one branch of a triple, up to 2^-150; None where there is none."""
-        d, e, m = self.frame(u, order)
+    def position(self, u: Sequence[Fraction], branch: int) -> Vector | None:
+        """Return x on one branch of the triple, up to 2^-150; None where there is none."""
+        d, e, m = self.frame(u)
         square = dot(m, m)
         if square == 0:
             return None
-        foot = solve3([d, e, m], [*self.offsets(u, order), Fraction(0)])
-        height_sq = self.lengths_sq[int(self.model.orders[order, 0])] - dot(foot, foot)
+        foot = solve3([d, e, m], [*self.offsets(u), Fraction(0)])
+        height_sq = self.lengths_sq[self.pivot] - dot(foot, foot)
         if height_sq < 0:
             return None
         height = branch * root_range(height_sq / square).lo
         return [a + height * b for a, b in zip(foot, m, strict=True)]
 
-    def sigma(self, order: int) -> Fraction:
-        """Return m . (p - c_1) of the equilibrium."""
-        pivot = int(self.model.orders[order, 0])
-        return dot(self.frame(self.u, order)[2], minus(self.p, self.centre(self.u, pivot)))
+    @property
+    def pivot(self) -> int:
+        """The first cable of the order."""
+        return int(self.model.orders[0, 0])
+
+    def way(self) -> Vector:
+        """Return x of the equilibrium."""
+        return minus(self.p, self.centre(self.u, self.pivot))
+
+    def branch(self) -> int:
+        """Return the sign of sigma = m . x at the equilibrium; 1 for zero."""
+        return 1 if dot(self.frame(self.u)[2], self.way()) >= 0 else -1
+
+    def ordered(self) -> list[Planted]:
+        """Return the robot with each of its orders in the first place."""
+        orders = self.model.orders
+        count = len(orders)
+        changed = [np.ascontiguousarray(np.roll(orders, -k, axis=0)) for k in range(count)]
+        return [replace(self, model=self.model._replace(orders=o)) for o in changed]
+
+    def in_chart(self, chart: int) -> Planted | None:
+        """Return the same equilibrium seen in another chart; None where its u is not finite."""
+        # R(u) D_c is the rotation of the quaternion (1, u) e_c.
+        q = quaternion_product([Fraction(1), *self.u], unit_quaternion(self.chart))
+        back = [x if k == 0 else -x for k, x in enumerate(unit_quaternion(chart))]
+        q = quaternion_product(q, back)
+        return replace(self, chart=chart, u=[x / q[0] for x in q[1:]]) if q[0] else None
+
+    def views(self, most: int = 2) -> list[Planted]:
+        """Return the equilibrium in all charts in which no |u_k| exceeds ``most``; its own comes first."""
+        others = [self.in_chart(c) for c in range(4) if c != self.chart]
+        return [self, *(r for r in others if r is not None and max(map(abs, r.u)) <= most)]
+
+
+def unit_quaternion(chart: int) -> Vector:
+    return [Fraction(int(k == chart)) for k in range(4)]
+
+
+def quaternion_product(a: Vector, b: Vector) -> Vector:
+    v = [a[0] * y + b[0] * x + z for x, y, z in zip(a[1:], b[1:], cross(a[1:], b[1:]), strict=True)]
+    return [a[0] * b[0] - dot(a[1:], b[1:]), *v]
 
 
 def balance_moments(t: Vector, arms: list[Vector], spokes: list[Vector]) -> bool:
