@@ -29,7 +29,7 @@ from solvers.point_mass_emptiness import deepest_point
 from solvers.point_mass_fields import OPEN, SLACK, TAUT, distance
 from solvers.point_mass_kernels import anywhere, guess_inextensible, middles, tension_bounds
 from solvers.point_mass_lowest import lowest_of_subset
-from solvers.point_mass_model import Cables
+from solvers.point_mass_model import Cables, is_range
 from solvers.point_mass_newton import krawczyk
 from solvers.result import Bounds
 
@@ -93,7 +93,7 @@ def settle_balls(cables: Cables, load: Bounds, robot: Robot, exact_load: Vector)
         zero = np.zeros((len(L), 2))
         zero[near, 1] = [bounds[i] for i in near]
         found = [Candidate((), outer, zero)]
-    return _merge(found, near, robot.cable_names, is_range(cables))
+    return _merge(found, near, robot.cable_names, is_range(cables[2]))
 
 
 def _outer_box(cables: Cables, load: Bounds, A: Bounds, L: Bounds, f: Bounds, deep: Bounds) -> Bounds | None:
@@ -187,12 +187,6 @@ def dependent(anchors: Sequence[Vector], taut: tuple[int, ...], load: Vector) ->
     other = rest[0] if rest else load
     normal = [d[j - 2] * other[j - 1] - d[j - 1] * other[j - 2] for j in range(3)]
     return not any(normal) or (bool(rest) and sum(n * f for n, f in zip(normal, load, strict=True)) == 0)
-
-
-def is_range(cables: Cables) -> bool:
-    """Return True when some length is more uncertain than a decimal read as a double."""
-    lengths = cables[2]
-    return bool((lengths[:, 1] - lengths[:, 0] > 1e-14 * lengths[:, 1]).any())
 
 
 def _merge(found: list[Candidate], near: list[int], names: tuple[str, ...], ranges: bool) -> Enclosed:

