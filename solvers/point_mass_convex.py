@@ -125,7 +125,7 @@ def settle(arrays: RobotArrays, lengths: Bounds) -> Finding:
     if arrays.is_elastic:
         enclosed = settle_springs(cables, arrays.load, arrays.robot.cable_names)
     else:
-        settled = settle_balls(cables, arrays.load, arrays.robot, arrays.load_exact)
+        settled = settle_balls(arrays, cables)
         if isinstance(settled, str):
             weights = empty_weights(arrays, cables, lengths)
             return Unproved(settled, reachable(arrays, lengths)) if weights is None else NoPose(weights)
