@@ -12,11 +12,16 @@ if TYPE_CHECKING:
     from solvers.forward import forward_kinematics
     from solvers.ik_result import IkResult
     from solvers.inverse import inverse_kinematics
+    from solvers.point_mass_pose import PointMassPose, PoseStatus
+    from solvers.point_mass_solver import PointMass
     from solvers.result import Outcome, Result, Solution, StopReason
 
 _HOMES = {
     "IkResult": "solvers.ik_result",
     "Outcome": "solvers.result",
+    "PointMass": "solvers.point_mass_solver",
+    "PointMassPose": "solvers.point_mass_pose",
+    "PoseStatus": "solvers.point_mass_pose",
     "Result": "solvers.result",
     "Solution": "solvers.result",
     "StopReason": "solvers.result",
@@ -27,6 +32,9 @@ _HOMES = {
 __all__ = [
     "IkResult",
     "Outcome",
+    "PointMass",
+    "PointMassPose",
+    "PoseStatus",
     "Result",
     "Solution",
     "StopReason",

@@ -12,6 +12,8 @@ from cdpr_interval.robots.literal import LARGEST_EXPONENT, read_number
 
 _SMALLEST = Fraction(1, 10**LARGEST_EXPONENT)
 _LARGEST = Fraction(10**LARGEST_EXPONENT)
+SMALLEST, LARGEST = float(_SMALLEST), float(_LARGEST)
+"""Positive doubles are in range when SMALLEST <= x < LARGEST: both are rounded up."""
 
 
 def exact_number(value: Any) -> Fraction:
@@ -27,6 +29,9 @@ def exact_number(value: Any) -> Fraction:
     ValueError
         When it is no number, not finite or out of range (0, or 1e-100 to 1e100 in size).
     """
+    if type(value) is float and SMALLEST <= abs(value) < LARGEST:
+        # The usual case first: it is asked many times a second.
+        return Fraction(value)
     if isinstance(value, str):
         return read_number(value.strip())
     if callable(item := getattr(value, "item", None)):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from fractions import Fraction
 from typing import Any
 
@@ -16,6 +16,8 @@ NO_LOAD = "the weight and the external force cancel; without a load there are no
 
 def read_force(given: Sequence[Any], label: str = "external_force") -> Vector:
     """Return an exact force in N; `InputError` names every entry that is no number."""
+    if not isinstance(given, Iterable):
+        raise InputError(f"{label}: must hold 3 numbers, got {given!r}")
     values = [part.strip() for part in given.split(",")] if isinstance(given, str) else list(given)
     if len(values) != 3:
         raise InputError(f"{label}: must hold 3 numbers, got {len(values)}")

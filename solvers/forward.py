@@ -248,13 +248,23 @@ def build_result(problem: Problem, options: Options, answer: Answer, seconds: fl
 
 def _enclosing(ranges: Iterable[LengthRange]) -> Bounds:
     """Return the tightest doubles around exact ranges, (N, 2)."""
-    return np.array([(_below(lo), -_below(-hi)) for lo, hi in ranges], dtype=np.float64)
+    rows = []
+    for lo, hi in ranges:
+        below, above = _around(lo)
+        rows.append((below, above if lo is hi else _around(hi)[1]))
+    return np.array(rows, dtype=np.float64)
 
 
-def _below(value: Fraction) -> float:
-    """Return the largest double that is not above the value."""
-    nearest = float(value)
-    return nearest if Fraction(nearest) <= value else math.nextafter(nearest, -math.inf)
+def _around(value: Fraction) -> tuple[float, float]:
+    """Return the largest double that is not above the value, and the smallest that is not below."""
+    nearest = value.numerator / value.denominator
+    a, b = nearest.as_integer_ratio()
+    excess = a * value.denominator - value.numerator * b
+    if excess == 0:
+        return nearest, nearest
+    if excess < 0:
+        return nearest, math.nextafter(nearest, math.inf)
+    return math.nextafter(nearest, -math.inf), nearest
 
 
 def _message(answer: Answer) -> str:

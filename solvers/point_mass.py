@@ -87,7 +87,7 @@ def _claims(
 ) -> tuple[SubsetReport, ...]:
     asked, count = problem.taut, len(problem.robot.cables)
     if asked is None:
-        return rows(count, count if arrays.elastic[0] else min(3, count), taut, tight, found)
+        return rows(count, count if arrays.is_elastic else min(3, count), taut, tight, found)
     open_claim = taut != tight or (not found and bool(tight))
     outcome = Outcome.INCOMPLETE if open_claim else Outcome.COMPLETE
     return (SubsetReport(asked, outcome, int(found), 0, 0.0),)

@@ -12,21 +12,19 @@ from fractions import Fraction
 import numpy as np
 from numpy.typing import NDArray
 
-from solvers.point_mass_degenerate import is_range, settle_balls
-from solvers.point_mass_elastic import settle_springs
-from solvers.point_mass_emptiness import deepest_point, proves_empty
-from solvers.point_mass_entry import Fields, fields_of, hull
+from solvers.point_mass_entry import Fields, fields_of, hull, unpacked
 from solvers.point_mass_fields import OPEN
 from solvers.point_mass_kernels import (
     DECIDED,
     NO_POSE,
-    convex_pose,
+    balls_pose,
     guess_elastic,
     guess_inextensible,
     middles,
     springs,
+    springs_pose,
 )
-from solvers.point_mass_model import Cables, RobotArrays
+from solvers.point_mass_model import Cables, RobotArrays, is_range
 from solvers.result import Bounds
 
 PIECES = 64
@@ -77,30 +75,23 @@ def scaled_cables(arrays: RobotArrays, lengths: Bounds) -> Cables:
     return arrays.elastic, arrays.anchors, scaled, k, w
 
 
-def quick_pose(arrays: RobotArrays, lengths: Bounds) -> tuple[int, Fields]:
-    """Run the compiled path once; the fields are meaningful when the status is ``DECIDED``."""
+def quick_pose(arrays: RobotArrays, lengths: Bounds) -> tuple[int, Bounds, NDArray[np.int64]]:
+    """Run the compiled path once.
+
+    Returns
+    -------
+    status, bounds, states : int, (4 + 2 N, 2), (N,)
+        As `solvers.point_mass_kernels.balls_pose`; meaningful when the status is ``DECIDED``.
+    """
     count = len(lengths)
-    position, height = np.empty((3, 2)), np.empty(2)
-    tensions, distances = np.empty((count, 2)), np.empty((count, 2))
+    bounds = np.empty((4 + 2 * count, 2))
     states: NDArray[np.int64] = np.empty(count, dtype=np.int64)
-    room = max(count, 4)
-    status, _ = convex_pose(
-        arrays.elastic,
-        arrays.constant,
-        arrays.anchors,
-        arrays.given,
-        lengths,
-        arrays.load,
-        arrays.frame,
-        position,
-        height,
-        tensions,
-        distances,
-        states,
-        np.empty(room, dtype=np.int64),
-        np.empty((3 + room, 2)),
-    )
-    return status, Fields(position, height, tensions, distances, states)
+    a = arrays
+    if a.is_elastic:
+        status = springs_pose(a.constant, a.given, a.anchors, lengths, a.load, a.frame, bounds, states)
+    else:
+        status = balls_pose(a.anchors, lengths, a.load, a.frame, bounds, states)
+    return status, bounds, states
 
 
 def find_pose(arrays: RobotArrays, lengths: Bounds) -> Finding:
@@ -111,21 +102,30 @@ def find_pose(arrays: RobotArrays, lengths: Bounds) -> Finding:
     Fields: for every choice of lengths in their ranges there is exactly one static pose, and the fields
     enclose it. NoPose: there is none for any choice.
     """
-    status, fields = quick_pose(arrays, lengths)
+    status, bounds, states = quick_pose(arrays, lengths)
     if status == DECIDED:
-        return fields
-    if is_range(scaled_cables(arrays, lengths)):
+        return unpacked(bounds, states)
+    return after_quick(arrays, lengths)
+
+
+def after_quick(arrays: RobotArrays, lengths: Bounds) -> Finding:
+    """Find what `find_pose` finds, where `quick_pose` has decided nothing."""
+    if is_range(lengths):
         return _over_ranges(arrays, lengths)
     return settle(arrays, lengths)
 
 
 def settle(arrays: RobotArrays, lengths: Bounds) -> Finding:
     """Treat the cases the compiled path leaves open, without cutting ranges."""
+    # Imported where it is needed: a process that asks one ordinary question starts sooner.
+    from solvers.point_mass_degenerate import settle_balls
+    from solvers.point_mass_elastic import settle_springs
+
     cables = scaled_cables(arrays, lengths)
-    if arrays.elastic[0]:
+    if arrays.is_elastic:
         enclosed = settle_springs(cables, arrays.load, arrays.robot.cable_names)
     else:
-        settled = settle_balls(cables, arrays.load, arrays.robot, arrays.load_exact)
+        settled = settle_balls(arrays, cables)
         if isinstance(settled, str):
             weights = empty_weights(arrays, cables, lengths)
             return Unproved(settled, reachable(arrays, lengths)) if weights is None else NoPose(weights)
@@ -135,6 +135,8 @@ def settle(arrays: RobotArrays, lengths: Bounds) -> Finding:
 
 def empty_weights(arrays: RobotArrays, cables: Cables, lengths: Bounds) -> dict[int, float] | None:
     """Return weights that prove, exactly, that no point is within reach of all cables; None without proof."""
+    from solvers.point_mass_emptiness import deepest_point, proves_empty
+
     A, _, _, _ = middles(cables, arrays.load)
     weights, _ = deepest_point(A, np.ascontiguousarray(cables[2][:, 1]))
     anchors = [cable.frame_anchor for cable in arrays.robot.cables]
@@ -160,14 +162,14 @@ def _over_ranges(arrays: RobotArrays, lengths: Bounds) -> Finding:
     """Cut the length ranges until the compiled path decides the parts, and return the hull."""
     todo, found, reasons = [lengths], list[Fields](), list[str]()
     empty: NoPose | None = None
-    most = ELASTIC_PIECES if arrays.elastic[0] else PIECES
+    most = ELASTIC_PIECES if arrays.is_elastic else PIECES
     used = 0
     while todo:
         piece = todo.pop(0)
-        status, fields = quick_pose(arrays, piece)
+        status, bounds, states = quick_pose(arrays, piece)
         used += 1
         if status == DECIDED:
-            found.append(fields)
+            found.append(unpacked(bounds, states))
             continue
         cut = _widest(arrays, piece) if used + len(todo) < most and status != NO_POSE else None
         if cut is not None:
@@ -204,7 +206,7 @@ def _widest(arrays: RobotArrays, lengths: Bounds) -> int | None:
     cables = scaled_cables(arrays, lengths)
     A, L, k, f = middles(cables, arrays.load)
     taut, x = np.zeros(max(len(L), 4), dtype=np.int64), np.zeros(3 + max(len(L), 4))
-    if arrays.elastic[0]:
+    if arrays.is_elastic:
         guess_elastic(A, L, k, f, taut, x)
     else:
         guess_inextensible(A, L, f, taut, x)

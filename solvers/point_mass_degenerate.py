@@ -8,29 +8,21 @@ enclosures of all such subsets that cannot be excluded, and a cable outside all 
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from itertools import combinations
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from cdpr_interval.robots.model import Robot, Vector
-from solvers.point_mass_duality import (
-    closed_form_exists,
-    duality_box,
-    feasible_near,
-    inside_all,
-    largest_tension,
-)
+from cdpr_interval.robots.model import Vector
+from solvers.point_mass_candidates import candidates
+from solvers.point_mass_duality import duality_box, feasible_near, inside_all, largest_tension
 from solvers.point_mass_emptiness import deepest_point
 from solvers.point_mass_fields import OPEN, SLACK, TAUT, distance
-from solvers.point_mass_kernels import anywhere, guess_inextensible, middles, tension_bounds
-from solvers.point_mass_lowest import lowest_of_subset
-from solvers.point_mass_model import Cables
-from solvers.point_mass_newton import krawczyk
+from solvers.point_mass_kernels import guess_inextensible, middles
+from solvers.point_mass_model import Cables, RobotArrays, is_range
 from solvers.result import Bounds
 
 TOUCHING = (
@@ -52,15 +44,7 @@ class Enclosed:
     note: str = ""
 
 
-class Candidate(NamedTuple):
-    """A subset that may carry the load, with enclosures of its pose and tensions (N, 2)."""
-
-    taut: tuple[int, ...]
-    box: Bounds
-    tension: Bounds
-
-
-def settle_balls(cables: Cables, load: Bounds, robot: Robot, exact_load: Vector) -> Enclosed | str:
+def settle_balls(arrays: RobotArrays, cables: Cables) -> Enclosed | str:
     """Enclose the pose of inextensible cables without knowing which of them are taut.
 
     Returns
@@ -69,6 +53,7 @@ def settle_balls(cables: Cables, load: Bounds, robot: Robot, exact_load: Vector)
         The reason where not even the pose is proved.
     """
     _, points, lengths, _, _ = cables
+    load, names = arrays.load, arrays.robot.cable_names
     A, L, _, f = middles(cables, load)
     shortest = np.ascontiguousarray(lengths[:, 0])
     _, deep = deepest_point(A, shortest)
@@ -77,23 +62,36 @@ def settle_balls(cables: Cables, load: Bounds, robot: Robot, exact_load: Vector)
     outer = _outer_box(cables, load, A, L, f, deep)
     if outer is None:
         return "the numbers are too large or too small to bound the pose"
-    anchors = [cable.frame_anchor for cable in robot.cables]
-    near = [i for i in range(len(L)) if not distance(points, i, outer)[1] < lengths[i, 0]]
-    bounds = {i: largest_tension(cables, load, outer, deep, i) for i in near}
-    found = []
-    for size in range(1, min(3, len(near)) + 1):
-        for taut in combinations(near, size):
-            if dependent(anchors, taut, exact_load):
-                continue
-            candidate = _candidate(cables, load, (A, L, f), taut, outer, bounds)
-            if candidate is not None:
-                found.append(candidate)
-    if not found:
-        # Rounding cannot exclude everything; keep the proved box and leave every state open.
-        zero = np.zeros((len(L), 2))
-        zero[near, 1] = [bounds[i] for i in near]
-        found = [Candidate((), outer, zero)]
-    return _merge(found, near, robot.cable_names, is_range(cables))
+    count = len(L)
+    near = tuple(i for i in range(count) if not distance(points, i, outer)[1] < lengths[i, 0])
+    most = np.zeros(count)
+    for i in near:
+        most[i] = largest_tension(cables, load, outer, deep, i)
+    subsets = _independent_subsets(arrays, near)
+    boxes, tensions = np.empty((len(subsets), 3, 2)), np.empty((len(subsets), count, 2))
+    kept = candidates(cables, load, (A, L, f), subsets, outer, most, boxes, tensions)
+    if kept.any():
+        taut = [tuple(row[1 : 1 + row[0]].tolist()) for row in subsets[kept]]
+        return _merge(taut, boxes[kept], tensions[kept], names, is_range(lengths))
+    # Rounding cannot exclude everything; keep the proved box and leave every state open.
+    unknown = np.column_stack([np.zeros(count), most])
+    return _merge([()], outer[None], unknown[None], names, is_range(lengths))
+
+
+@lru_cache(maxsize=64)
+def _independent_subsets(arrays: RobotArrays, near: tuple[int, ...]) -> NDArray[np.int64]:
+    """Return the subsets of 1 to 3 of the cables ``near`` with independent directions, (K, 4): size, indices.
+
+    Kept by robot and load: the exact test takes longer than all the rest of a solution.
+    """
+    anchors = [cable.frame_anchor for cable in arrays.robot.cables]
+    rows = [
+        (size, *taut, *[0] * (3 - size))
+        for size in range(1, min(3, len(near)) + 1)
+        for taut in combinations(near, size)
+        if not dependent(anchors, taut, arrays.load_exact)
+    ]
+    return np.array(rows, dtype=np.int64).reshape(-1, 4)
 
 
 def _outer_box(cables: Cables, load: Bounds, A: Bounds, L: Bounds, f: Bounds, deep: Bounds) -> Bounds | None:
@@ -123,54 +121,6 @@ def _width(box: Bounds) -> float:
     return float((box[:, 1] - box[:, 0]).max())
 
 
-def _candidate(
-    cables: Cables,
-    load: Bounds,
-    middle: tuple[Bounds, Bounds, Bounds],
-    taut: tuple[int, ...],
-    outer: Bounds,
-    bounds: dict[int, float],
-) -> Candidate | None:
-    """Enclose what the subset can contribute; None when it provably carries no positive tensions here.
-
-    The square system of a subset with independent directions has at most one zero whose multipliers
-    have a positive sum, so a proved zero with such a sum is the only one that matters.
-    """
-    A, L, f = middle
-    m = len(taut)
-    index = np.array([*taut, 0, 0, 0], dtype=np.int64)
-    if not closed_form_exists(cables, load, index, m):
-        return None
-    count = len(L)
-    tension = np.zeros((count, 2))
-    for i in taut:
-        tension[i, 1] = bounds[i]
-    box = outer
-    p, t = np.empty(3), np.empty(4)
-    if lowest_of_subset(A, L, f, index, m, p, t):
-        x = np.concatenate([p, t[:m]])
-        zero, domain = np.empty((3 + m, 2)), np.empty((3 + m, 2))
-        if (
-            krawczyk(cables, load, index, m, x, anywhere(3 + m), zero, domain)
-            and math.fsum(zero[3:, 0]) > 0.0
-        ):
-            if (zero[3:, 1] <= 0.0).any():
-                return None
-            tension_bounds(cables, index, m, zero, tension)
-            tension[:, 0] = np.maximum(tension[:, 0], 0.0)
-            for i in taut:
-                tension[i, 1] = min(tension[i, 1], bounds[i])
-            box = np.column_stack(
-                [np.maximum(zero[:3, 0], outer[:, 0]), np.minimum(zero[:3, 1], outer[:, 1])]
-            )
-    if (box[:, 0] > box[:, 1]).any() or (tension[:, 0] > tension[:, 1]).any():
-        return None
-    for i in range(count):
-        if distance(cables[1], i, box)[0] > cables[2][i, 1]:
-            return None
-    return Candidate(taut, box, tension)
-
-
 def dependent(anchors: Sequence[Vector], taut: tuple[int, ...], load: Vector) -> bool:
     """Return True when the directions of the cables are dependent at every equilibrium, decided exactly.
 
@@ -189,33 +139,28 @@ def dependent(anchors: Sequence[Vector], taut: tuple[int, ...], load: Vector) ->
     return not any(normal) or (bool(rest) and sum(n * f for n, f in zip(normal, load, strict=True)) == 0)
 
 
-def is_range(cables: Cables) -> bool:
-    """Return True when some length is more uncertain than a decimal read as a double."""
-    lengths = cables[2]
-    return bool((lengths[:, 1] - lengths[:, 0] > 1e-14 * lengths[:, 1]).any())
+def _merge(
+    taut: list[tuple[int, ...]], boxes: Bounds, tensions: Bounds, names: tuple[str, ...], ranges: bool
+) -> Enclosed:
+    """Return the hull of all candidates, with the states and tensions that hold for all of them.
 
-
-def _merge(found: list[Candidate], near: list[int], names: tuple[str, ...], ranges: bool) -> Enclosed:
-    """Return the hull of all candidates, with the states and tensions that hold for all of them."""
-    box = np.column_stack(
-        [np.min([c.box[:, 0] for c in found], axis=0), np.max([c.box[:, 1] for c in found], axis=0)]
-    )
-    tension = np.column_stack(
-        [np.min([c.tension[:, 0] for c in found], axis=0), np.max([c.tension[:, 1] for c in found], axis=0)]
-    )
+    Parameters
+    ----------
+    taut, boxes, tensions
+        The cables, pose (K, 3, 2) and tensions (K, N, 2) of each.
+    """
+    box = np.column_stack([boxes[:, :, 0].min(axis=0), boxes[:, :, 1].max(axis=0)])
+    tension = np.column_stack([tensions[:, :, 0].min(axis=0), tensions[:, :, 1].max(axis=0)])
     states = np.full(len(tension), SLACK, dtype=np.int64)
-    for i in near:
-        if tension[i, 0] > 0.0:
-            states[i] = TAUT
-        elif tension[i, 1] > 0.0:
-            states[i] = OPEN
+    states[tension[:, 1] > 0.0] = OPEN
+    states[tension[:, 0] > 0.0] = TAUT
     note = ""
     if (states == OPEN).any():
-        tight = tuple(int(i) for i in np.flatnonzero(states != SLACK))
+        tight = tuple(np.flatnonzero(states != SLACK).tolist())
         listed = f"cables {{{', '.join(names[i] for i in tight)}}}"
         if ranges:
             note = f"which of the {listed} are taut changes over the length ranges or is not decided"
-        elif any(c.taut == tight for c in found):
+        elif tight in taut:
             just = ", ".join(names[i] for i in np.flatnonzero(states == OPEN))
             note = f"{just} just taut or just slack"
         else:

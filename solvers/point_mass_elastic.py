@@ -9,11 +9,11 @@ from __future__ import annotations
 import numpy as np
 
 from cdpr_interval.kernels.interval import mul, sub
-from solvers.point_mass_degenerate import Enclosed, is_range
+from solvers.point_mass_degenerate import Enclosed
 from solvers.point_mass_fields import OPEN, SLACK, TAUT, distance
 from solvers.point_mass_gradient import gradient_krawczyk
 from solvers.point_mass_kernels import anywhere, guess_elastic, middles
-from solvers.point_mass_model import Cables
+from solvers.point_mass_model import Cables, is_range
 from solvers.point_mass_trap import trap
 from solvers.result import Bounds
 
@@ -42,6 +42,6 @@ def settle_springs(cables: Cables, load: Bounds, names: tuple[str, ...]) -> Encl
         tension[i] = max(lo, 0.0), max(hi, 0.0)
     just = ", ".join(names[i] for i in np.flatnonzero(states == OPEN))
     note = f"{just} just taut or just slack" if just else ""
-    if just and is_range(cables):
+    if just and is_range(cables[2]):
         note = f"whether {just} are taut changes over the length ranges or is not decided"
     return Enclosed(box, tension, states, note)

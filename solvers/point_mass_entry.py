@@ -40,6 +40,12 @@ class Fields:
         return tuple([i for i, state in enumerate(self.states.tolist()) if state != SLACK])
 
 
+def unpacked(bounds: Bounds, states: NDArray[np.int64]) -> Fields:
+    """Return what `solvers.point_mass_kernels.balls_pose` has written as fields, without copying."""
+    middle = 4 + len(states)
+    return Fields(bounds[:3], bounds[3], bounds[4:middle], bounds[middle:], states)
+
+
 def fields_of(
     cables: Cables, frame: Bounds, box: Bounds, tension: Bounds, states: NDArray[np.int64], note: str = ""
 ) -> Fields:

@@ -171,72 +171,104 @@ def classify(cables: Any, taut: Any, m: int, box: Any, states: Any) -> tuple[boo
 
 
 @njit(cache=True, nogil=True)
-def convex_pose(
-    elastic: Any,
-    constant: Any,
-    anchors: Any,
-    given: Any,
-    lengths: Any,
-    load: Any,
-    frame: Any,
-    position: Any,
-    height: Any,
-    tensions: Any,
-    distances: Any,
-    states: Any,
-    taut: Any,
-    box: Any,
-) -> tuple[int, int]:
-    """Find the static pose and prove that it is the only one.
+def in_units(lengths: Any, unit: float) -> Any:
+    """Return lengths (N, 2) divided by a unit that is a power of two, which is exact."""
+    scaled = np.empty((lengths.shape[0], 2))
+    for i in range(lengths.shape[0]):
+        scaled[i, 0], scaled[i, 1] = lengths[i, 0] / unit, lengths[i, 1] / unit
+    return scaled
+
+
+@njit(cache=True, nogil=True)
+def prove_pose(
+    cables: Any, load: Any, frame: Any, taut: Any, m: int, x: Any, bounds: Any, states: Any
+) -> int:
+    """Prove the guess ``x`` for the first ``m`` cables of ``taut`` and fill the reported fields.
+
+    Parameters and guarantee as `balls_pose`; the equilibrium fulfils the Karush-Kuhn-Tucker conditions of
+    a convex problem whose Lagrangian is strictly convex.
+    """
+    count = states.shape[0]
+    box = np.empty((3 + m, 2))
+    if not krawczyk(cables, load, taut, m, x, anywhere(3 + m), box, np.empty((3 + m, 2))):
+        return UNCLEAR
+    carried, fits = classify(cables, taut, m, box, states)
+    if not (carried and fits):
+        return UNCLEAR
+    tension = np.empty((count, 2))
+    tension_bounds(cables, taut, m, box, tension)
+    report(
+        cables,
+        frame,
+        box,
+        tension,
+        states,
+        bounds[0:3],
+        bounds[3],
+        bounds[4 : 4 + count],
+        bounds[4 + count : 4 + 2 * count],
+    )
+    return DECIDED
+
+
+@njit(cache=True, nogil=True)
+def balls_pose(anchors: Any, lengths: Any, load: Any, frame: Any, bounds: Any, states: Any) -> int:
+    """Find the static pose of inextensible cables and prove that it is the only one.
 
     Parameters
     ----------
-    elastic, constant, anchors, given, load, frame
+    anchors, load, frame
         See `solvers.point_mass_model.RobotArrays`.
     lengths : (N, 2)
         In m.
-    position, height, tensions, distances, states
-        Written when DECIDED, see `solvers.point_mass_fields.report`.
-    taut : (max(N, 4),)
-        Written: the taut cables, ascending; with ``NO_POSE`` those whose balls seem to be apart.
-    box : (3 + max(N, 4), 2)
-        Written when DECIDED: pose and multipliers in the kernels' units.
+    bounds : (4 + 2 N, 2)
+        Written when DECIDED: position (3 rows, m), height (m), tensions (N rows, N), distances (N rows, m),
+        see `solvers.point_mass_fields.report`.
+    states : (N,)
+        Written when DECIDED: ``SLACK`` or ``TAUT``.
 
     Returns
     -------
-    status, m : int
-        ``DECIDED``, ``UNCLEAR`` or ``NO_POSE``, and the number of entries of ``taut``.
+    int
+        ``DECIDED``, ``UNCLEAR`` or ``NO_POSE``.
 
     Guarantee
     ---------
-    DECIDED: for all lengths in their ranges the robot has exactly one static pose, exactly the first
-    ``m`` cables of ``taut`` carry tension there, and the reported fields enclose it. It fulfils the
-    Karush-Kuhn-Tucker conditions of a convex problem whose Lagrangian is strictly convex.
+    DECIDED: for all lengths in their ranges the robot has exactly one static pose, exactly the cables in
+    state ``TAUT`` carry tension there, and ``bounds`` encloses it. Nothing else is claimed.
     """
     count = lengths.shape[0]
-    unit = frame[0, 0]
-    scaled = np.empty((count, 2))
-    for i in range(count):
-        scaled[i, 0], scaled[i, 1] = lengths[i, 0] / unit, lengths[i, 1] / unit
+    nothing = np.zeros((count, 2))
+    cables = (np.zeros(count, dtype=np.bool_), anchors, in_units(lengths, frame[0, 0]), nothing, nothing)
+    A, L, _, f = middles(cables, load)
+    x = np.empty(3 + max(count, 4))
+    taut = np.empty(max(count, 4), dtype=np.int64)
+    status, m = guess_inextensible(A, L, f, taut, x)
+    if status != DECIDED:
+        return status
+    return prove_pose(cables, load, frame, taut, m, x, bounds, states)
+
+
+@njit(cache=True, nogil=True)
+def springs_pose(
+    constant: Any, given: Any, anchors: Any, lengths: Any, load: Any, frame: Any, bounds: Any, states: Any
+) -> int:
+    """Find the static pose of elastic cables and prove it; all else as `balls_pose`.
+
+    Parameters
+    ----------
+    constant, given : (N,), (N, 2)
+        See `solvers.point_mass_model.RobotArrays`.
+    """
+    count = lengths.shape[0]
+    scaled = in_units(lengths, frame[0, 0])
+    elastic = np.ones(count, dtype=np.bool_)
     k, w = springs(elastic, constant, given, scaled)
     cables = (elastic, anchors, scaled, k, w)
     A, L, stiffness, f = middles(cables, load)
     x = np.empty(3 + max(count, 4))
-    if elastic[0]:
-        m = guess_elastic(A, L, stiffness, f, taut, x)
-        if m == 0:
-            return UNCLEAR, 0
-    else:
-        status, m = guess_inextensible(A, L, f, taut, x)
-        if status != DECIDED:
-            return status, m
-    domain = np.empty((3 + m, 2))
-    if not krawczyk(cables, load, taut, m, x, anywhere(3 + m), box, domain):
-        return UNCLEAR, m
-    carried, fits = classify(cables, taut, m, box, states)
-    if not (carried and fits):
-        return UNCLEAR, m
-    tension = np.empty((count, 2))
-    tension_bounds(cables, taut, m, box, tension)
-    report(cables, frame, box, tension, states, position, height, tensions, distances)
-    return DECIDED, m
+    taut = np.empty(max(count, 4), dtype=np.int64)
+    m = guess_elastic(A, L, stiffness, f, taut, x)
+    if m == 0:
+        return UNCLEAR
+    return prove_pose(cables, load, frame, taut, m, x, bounds, states)

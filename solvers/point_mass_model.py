@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 
 import numpy as np
@@ -46,6 +46,11 @@ class RobotArrays:
     """(3, 2) f in units of force."""
     frame: Bounds
     """(9, 2), see `solvers.point_mass_fields.report`."""
+
+    @property
+    def is_elastic(self) -> bool:
+        """True when the cables stretch; they do all or none."""
+        return self.robot.cables[0].elasticity is not None
 
 
 def power_of_two(size: Fraction | float) -> float:
@@ -90,7 +95,16 @@ def _frame(robot: Robot, unit: float, force_unit: float) -> Bounds:
     return np.array(rows, dtype=np.float64)
 
 
-def _robot_arrays(robot: Robot, load: Vector) -> RobotArrays:
+def build_arrays(robot: Robot, load: Vector) -> RobotArrays:
+    """Return the arrays of a robot under the force ``load`` (N, base axes).
+
+    Raises
+    ------
+    InputError
+        The load is zero.
+    NotSupportedError
+        Some cables stretch and others do not.
+    """
     if not any(load):
         raise InputError(NO_LOAD)
     if robot.is_mixed:
@@ -100,18 +114,8 @@ def _robot_arrays(robot: Robot, load: Vector) -> RobotArrays:
         tuple(a - o for a, o in zip(cable.frame_anchor, origin, strict=True)) for cable in robot.cables
     ]
     span = max((abs(x) for anchor in relative for x in anchor), default=Fraction(0))
-    unit = power_of_two(span)
-    force_unit = power_of_two(max(abs(x) for x in load))
-    exact_unit, exact_force = Fraction(unit), Fraction(force_unit)
-    given = []
-    for cable in robot.cables:
-        if cable.elasticity is None:
-            given.append(Fraction(0))
-        elif cable.elasticity.stiffness is not None:
-            given.append(cable.elasticity.stiffness * exact_unit / exact_force)
-        else:
-            assert cable.elasticity.axial_stiffness is not None
-            given.append(cable.elasticity.axial_stiffness / exact_force)
+    unit, force_unit = power_of_two(span), _force_unit(load)
+    exact_unit = Fraction(unit)
     return RobotArrays(
         robot=robot,
         load_exact=load,
@@ -120,18 +124,63 @@ def _robot_arrays(robot: Robot, load: Vector) -> RobotArrays:
             [c.elasticity is not None and c.elasticity.stiffness is not None for c in robot.cables]
         ),
         anchors=_bounds(x / exact_unit for anchor in relative for x in anchor).reshape(-1, 3, 2),
-        given=_bounds(given),
-        load=_bounds(x / exact_force for x in load),
+        given=_given(robot, exact_unit, Fraction(force_unit)),
+        load=_load_bounds(load, force_unit),
         frame=_frame(robot, unit, force_unit),
     )
 
 
-_latest: list[tuple[Robot, Vector, RobotArrays]] = []
-"""The arrays of the robot asked about last: a controller asks about one robot again and again."""
+def _force_unit(load: Vector) -> float:
+    return power_of_two(max(abs(x) for x in load))
+
+
+def _load_bounds(load: Vector, force_unit: float) -> Bounds:
+    unit = Fraction(force_unit)
+    return _bounds(x / unit for x in load)
+
+
+def _given(robot: Robot, unit: Fraction, force_unit: Fraction) -> Bounds:
+    """Enclose spring constants or EA (N, 2) in the kernels' units; zero where a cable does not stretch."""
+    given = []
+    for cable in robot.cables:
+        if cable.elasticity is None:
+            given.append(Fraction(0))
+        elif cable.elasticity.stiffness is not None:
+            given.append(cable.elasticity.stiffness * unit / force_unit)
+        else:
+            assert cable.elasticity.axial_stiffness is not None
+            given.append(cable.elasticity.axial_stiffness / force_unit)
+    return _bounds(given)
+
+
+def with_load(arrays: RobotArrays, load: Vector) -> RobotArrays:
+    """Return the arrays of the same robot under another force, equal to those `build_arrays` returns.
+
+    Raises
+    ------
+    InputError
+        The load is zero.
+    """
+    if not any(load):
+        raise InputError(NO_LOAD)
+    unit, force_unit = float(arrays.frame[0, 0]), _force_unit(load)
+    bounds = _load_bounds(load, force_unit)
+    if force_unit == arrays.frame[1, 0]:
+        return replace(arrays, load_exact=load, load=bounds)
+    frame = arrays.frame.copy()
+    frame[1] = force_unit
+    given = _given(arrays.robot, Fraction(unit), Fraction(force_unit))
+    return replace(arrays, load_exact=load, load=bounds, given=given, frame=frame)
+
+
+MOST_KEPT = 8
+"""Robots whose arrays are kept: a controller asks about one or a few robots again and again."""
+_kept: tuple[tuple[Robot, Vector, RobotArrays], ...] = ()
+"""The latest first. Never changed in place: threads replace it, and the worst a race loses is an entry."""
 
 
 def robot_arrays(problem: Problem) -> RobotArrays:
-    """Return the arrays of a problem's robot and load, kept from the last call where they are the same.
+    """Return the arrays of a problem's robot and load, kept from an earlier call for the same robot.
 
     Raises
     ------
@@ -140,13 +189,21 @@ def robot_arrays(problem: Problem) -> RobotArrays:
     NotSupportedError
         Some cables stretch and others do not.
     """
+    global _kept
     robot, force = problem.robot, problem.external_force
-    for known, known_force, arrays in _latest:
-        if known is robot and (known_force is force or known_force == force):
-            return arrays
-    arrays = _robot_arrays(robot, problem.load)
-    _latest[:] = [(robot, force, arrays)]
+    found = next((entry for entry in _kept if entry[0] is robot), None)
+    if found is not None and (found[1] is force or found[1] == force):
+        return found[2]
+    load = problem.load
+    arrays = build_arrays(robot, load) if found is None else with_load(found[2], load)
+    others = tuple(entry for entry in _kept if entry[0] is not robot)
+    _kept = ((robot, force, arrays), *others[: MOST_KEPT - 1])
     return arrays
+
+
+def is_range(lengths: Bounds) -> bool:
+    """Return True when some length (N, 2) is more uncertain than a decimal read as a double."""
+    return bool((lengths[:, 1] - lengths[:, 0] > 1e-14 * lengths[:, 1]).any())
 
 
 def length_bounds(lengths: Iterable[LengthRange]) -> Bounds:

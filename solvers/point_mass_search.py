@@ -115,10 +115,10 @@ def _search_one(
     rest = () if options.ignore_slack else tuple(i for i in range(len(lengths)) if i not in taut)
     others = select(everything, rest)
     anchors = [cable.frame_anchor for cable in problem.robot.cables]
-    if not arrays.elastic[0] and dependent(anchors, taut, arrays.load_exact):
+    if not arrays.is_elastic and dependent(anchors, taut, arrays.load_exact):
         # No independent multipliers: such poses are those of smaller subsets.
         return SubsetSearch(taut, [], 0, 0, 0, time.perf_counter() - start, Stop.EXHAUSTED)
-    box = start_box(cables, arrays.load) if arrays.elastic[0] else _reach(cables)
+    box = start_box(cables, arrays.load) if arrays.is_elastic else _reach(cables)
     width = float((box[:, 1] - box[:, 0]).max())
     if not (box[:, 0] <= box[:, 1]).all():
         return SubsetSearch(taut, [], 0, 0, 0, time.perf_counter() - start, Stop.EXHAUSTED)

@@ -1,18 +1,16 @@
-"""How far a search is: one line on a terminal that is rewritten, nothing elsewhere."""
+"""How far a search is: one line on a terminal that is rewritten; elsewhere only that kernels are compiled."""
 
 from __future__ import annotations
 
 import os
 import shutil
-import threading
 import time
+from contextlib import ExitStack, suppress
 from types import TracebackType
 from typing import TextIO
 
 from solvers.problem import Progress
 
-SILENCE = 1.0
-"""Seconds without a report after which kernels are taken to be compiling: a search reports sooner."""
 BAR = 20
 """Width of the bar in characters."""
 
@@ -26,33 +24,31 @@ class ProgressDisplay:
         self._has_colour = self._is_terminal and not os.environ.get("NO_COLOR")
         self._start = 0.0
         self._drawn = False
-        self._timer = threading.Timer(SILENCE, self._announce_compilation)
-        # A command that ends with an error must not wait for the announcement.
-        self._timer.daemon = True
+        self._announced = False
+        self._listening = ExitStack()
 
     def __enter__(self) -> ProgressDisplay:
+        from solvers.compilation import listening
+
         self._start = time.perf_counter()
-        self._timer.start()
+        self._listening.enter_context(listening(self._announce_compilation))
         return self
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        self._timer.cancel()
+        self._listening.close()
         if self._drawn:
-            self._stream.write("\r\x1b[K")
-            self._stream.flush()
+            self._write("\r\x1b[K")
 
     def __call__(self, progress: Progress) -> None:
         """Show a report."""
-        self._timer.cancel()
         if not self._is_terminal:
             return
         text = self._line(progress)[: shutil.get_terminal_size().columns - 1]
         if self._has_colour:
             text = f"\x1b[36m{text}\x1b[0m"
-        self._stream.write(f"\r{text}\x1b[K")
-        self._stream.flush()
+        self._write(f"\r{text}\x1b[K")
         self._drawn = True
 
     def _line(self, progress: Progress) -> str:
@@ -69,8 +65,17 @@ class ProgressDisplay:
         )
 
     def _announce_compilation(self) -> None:
-        self._stream.write("compiling kernels (first run only) ...\n")
-        self._stream.flush()
+        if self._announced:
+            return
+        self._announced = True
+        erase = "\r\x1b[K" if self._drawn else ""
+        self._write(f"{erase}compiling kernels (first run only) ...\n")
+
+    def _write(self, text: str) -> None:
+        # A log that nobody reads any more must not end a search.
+        with suppress(BrokenPipeError):
+            self._stream.write(text)
+            self._stream.flush()
 
 
 def _count(number: float) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from fractions import Fraction
+from functools import cached_property
 
 Vector = tuple[Fraction, Fraction, Fraction]
 
@@ -60,6 +61,7 @@ class Robot:
 
     A scalar given as a range enters as its midpoint and is listed in ``uncertain``;
     a solver that cannot treat ranges must refuse a robot whose ``uncertain`` is not empty.
+    What follows from the data is computed once a robot: the data never change.
     """
 
     name: str
@@ -71,23 +73,23 @@ class Robot:
     """Hex digest of the file's bytes."""
     uncertain: tuple[Uncertain, ...] = field(default=())
 
-    @property
+    @cached_property
     def cable_names(self) -> tuple[str, ...]:
         """Names in file order."""
         return tuple(cable.name for cable in self.cables)
 
-    @property
+    @cached_property
     def is_point_mass(self) -> bool:
         """True when every platform anchor is the centre of mass, compared as decimals."""
         centre = self.platform.centre_of_mass
         return all(cable.platform_anchor == centre for cable in self.cables)
 
-    @property
+    @cached_property
     def is_elastic(self) -> bool:
         """True when at least one cable stretches."""
         return any(cable.elasticity is not None for cable in self.cables)
 
-    @property
+    @cached_property
     def is_mixed(self) -> bool:
         """True when some cables stretch and others do not."""
         return self.is_elastic and any(cable.elasticity is None for cable in self.cables)

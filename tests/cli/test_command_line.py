@@ -300,3 +300,45 @@ def test_validate(hanging, tmp_path):
 def test_validate_shipped_robots(name):
     result = run("validate", name)
     assert result.exit_code == 0 and "source: " in result.stdout
+
+
+@pytest.mark.parametrize("args", [["--help"], ["--lengths", "2,5"], ["--lengths", "2,5", "--json", "-"]])
+def test_a_reader_that_goes_away_ends_the_command_quietly(hanging, tmp_path, args):
+    code = f"""
+import sys
+import solvers.forward
+from solvers.cli import main
+from tests import hanging_mass
+solvers.forward._solve = lambda problem, options: hanging_mass.answer()
+sys.argv[1:] = {args!r}
+if sys.argv[1] != "--help":
+    sys.argv[1:] = [{hanging!r}, *sys.argv[1:]]
+sys.stdin.readline()
+main()
+"""
+    pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
+    with subprocess.Popen([sys.executable, "-c", code], text=True, **pipes) as process:
+        process.stdout.close()
+        process.stdin.write("go\n")
+        process.stdin.close()
+        assert process.stderr.read() == ""
+        assert process.wait(60) == 141
+
+
+def test_the_result_file_is_written_before_the_output_is_closed(hanging, tmp_path):
+    target = tmp_path / "r.json"
+    code = f"""
+import os, sys
+import solvers.forward
+from solvers.cli import main
+from tests import hanging_mass
+solvers.forward._solve = lambda problem, options: hanging_mass.answer()
+read, write = os.pipe()
+os.close(read)
+os.dup2(write, 1)
+sys.argv[1:] = [{hanging!r}, "--lengths", "2,5", "--json", {str(target)!r}]
+main()
+"""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)
+    assert (done.returncode, done.stderr) == (141, "")
+    assert Result.from_json(target.read_text()).solutions

@@ -1,6 +1,7 @@
 """The dispatcher: what it refuses, what it passes on, and the result it builds."""
 
 import json
+import math
 from dataclasses import replace
 from fractions import Fraction as F
 
@@ -9,7 +10,7 @@ import pytest
 from cdpr_interval import InputError, NotSupportedError, load_robot
 from cdpr_interval.robots.model import Elasticity, Uncertain
 from solvers import forward_kinematics
-from solvers.forward import _below
+from solvers.forward import _around
 from solvers.problem import Method
 from solvers.result import Outcome, StopReason
 from tests import hanging_mass
@@ -77,8 +78,9 @@ def test_the_result_has_the_keys_of_the_format_in_order(asked):
 
 
 def test_enclosing_doubles_are_neighbours():
-    assert _below(F(1, 10)) < F(1, 10) < -_below(-F(1, 10))
-    assert _below(F(1, 2)) == 0.5 == -_below(-F(1, 2))
+    lo, hi = _around(F(1, 10))
+    assert F(lo) < F(1, 10) < F(hi) and hi == math.nextafter(lo, 1.0)
+    assert _around(F(1, 2)) == (0.5, 0.5)
 
 
 def test_message_without_a_pose(monkeypatch):

@@ -1,15 +1,19 @@
 """The table shows only digits that are proved; the progress line only appears on a terminal."""
 
 import io
+import os
+import subprocess
+import sys
 from dataclasses import replace
 from fractions import Fraction
+from pathlib import Path
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from numba import njit
 
-from solvers import progress
 from solvers.angle_enclosure import rpy_enclosures
 from solvers.orientation import rotation_from_rpy, rpy_from_rotation
 from solvers.problem import Options, Problem, Progress
@@ -19,6 +23,8 @@ from solvers.result import Answer
 from solvers.table import print_result, table
 from tests import hanging_mass
 from tests.hanging_mass import around
+
+ROOT = Path(__file__).parents[2]
 
 
 class Terminal(io.StringIO):
@@ -144,9 +150,53 @@ def test_no_progress_line_in_a_file():
     assert stream.getvalue() == ""
 
 
-def test_silence_means_compilation(monkeypatch):
-    monkeypatch.setattr(progress, "SILENCE", 0.0)
-    stream = io.StringIO()
+COMPILING = "compiling kernels (first run only) ...\n"
+KERNEL = """\
+import sys
+from numba import njit
+from solvers.progress import ProgressDisplay
+
+@njit(cache=True)
+def kernel(x):
+    return x + 1
+
+with ProgressDisplay(sys.stderr):
+    kernel(1)
+    kernel(1.0)
+"""
+
+
+def test_the_user_is_told_only_when_kernels_are_really_compiled(tmp_path):
+    (tmp_path / "kernel.py").write_text(KERNEL, encoding="utf-8")
+    environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path / "cache"), "PYTHONPATH": str(ROOT)}
+    said = [
+        subprocess.run(
+            [sys.executable, "kernel.py"],
+            capture_output=True,
+            text=True,
+            timeout=120,
+            cwd=tmp_path,
+            env=environment,
+            check=True,
+        ).stderr
+        for _ in range(2)
+    ]
+    assert said == [COMPILING, ""]
+
+
+def test_the_compilation_is_announced_below_the_progress_line(monkeypatch):
+    monkeypatch.setenv("TERM", "xterm")
+    stream = Terminal()
     with ProgressDisplay(stream) as display:
-        display._timer.join(10.0)
-    assert stream.getvalue() == "compiling kernels (first run only) ...\n"
+        display(REPORT)
+        njit(lambda x: x)(1)
+    assert f"\r\x1b[K{COMPILING}" in stream.getvalue()
+
+
+def test_a_log_that_nobody_reads_ends_nothing():
+    class Closed(io.StringIO):
+        def write(self, text):
+            raise BrokenPipeError
+
+    with ProgressDisplay(Closed()) as display:
+        display._announce_compilation()
