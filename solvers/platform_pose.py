@@ -19,6 +19,8 @@ from cdpr_interval.kernels.kernel import kernel
 from cdpr_interval.kernels.lanes import LANES, LaneArray, array3, load, splat, store, where_less
 from cdpr_interval.kernels.rounding import inflate_lanes
 from cdpr_interval.kernels.second_order import Forms, Symbols, bounds, constant, dot3, signatures, widen
+from solvers.platform_batch import OPEN, SMALL, WIDE, contract_open, copy_cell, halve, leaf, mark, open_lanes
+from solvers.platform_bounds import position_bounds, read_bounds, settled, slack_excluded, solution_bounds
 from solvers.platform_elimination import (
     EMPTY,
     SMALLER,
@@ -43,22 +45,6 @@ from solvers.platform_polynomials import (
     wrench_rows,
 )
 from solvers.platform_statics import balance_free, centre_columns, covers, limit_tensions, statics_equations
-from solvers.platform_turn import (
-    OPEN,
-    SMALL,
-    WIDE,
-    contract_open,
-    copy_cell,
-    halve,
-    leaf,
-    mark,
-    open_lanes,
-    position_bounds,
-    read_bounds,
-    settled,
-    slack_excluded,
-    solution_bounds,
-)
 
 P_CHART, P_SHARE = 12, 13
 P_WIDTH = 14

@@ -18,6 +18,7 @@ from cdpr_interval.kernels.lanes import LANES
 from cdpr_interval.kernels.second_order import ROTATION_ONLY, WHOLE_POSE
 from solvers import platform_pose as pose
 from solvers import platform_turn as turn
+from solvers.platform_batch import SMALL
 from solvers.platform_model import Model
 from solvers.platform_roots import Prover, Reduction, Root
 from solvers.platform_scratch import form_arrays
@@ -95,7 +96,7 @@ class SubsetSearch:
         self.cells += result.cells
         self.stop = result.stop
         self.pending += len(result.pending)
-        return result.leaves[result.kinds == turn.SMALL], result.leaves[result.kinds == turn.FOLDED]
+        return result.leaves[result.kinds == SMALL], result.leaves[result.kinds == turn.FOLDED]
 
     def give_up(self, cells: Floats, in_position: bool, too_many: bool) -> None:
         """Keep what is left as undecided."""

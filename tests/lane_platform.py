@@ -6,10 +6,11 @@ from typing import Any
 
 from numba import njit
 
+from solvers import platform_bounds as bounds
+from solvers import platform_branch as branches
 from solvers import platform_elimination as elimination
 from solvers import platform_polynomials as forms
 from solvers import platform_statics as statics
-from solvers import platform_turn as turn
 from tests.lane_calls import binary, get, put
 
 maximum = binary(statics.maximum)[0]
@@ -45,7 +46,7 @@ def rest_bounds(F: Any, symbol: Any, S: Any) -> Any:
 
 @njit
 def blank(F: Any, row: int, keep: Any, S: Any) -> None:
-    turn.blank(F, row, get(keep), S)
+    elimination.blank(F, row, get(keep), S)
 
 
 @njit
@@ -81,21 +82,21 @@ def weigh(F: Any, W: Any, row: int, moving: bool, rank: int, S: Any) -> Any:
 
 @njit
 def on_branch(F: Any, W: Any, model: Any, branch: Any, S: Any) -> Any:
-    return put(turn.on_branch(F, W, model, get(branch), S))
+    return put(branches.on_branch(F, W, model, get(branch), S))
 
 
 @njit
 def no_position(F: Any, model: Any, S: Any) -> Any:
     pivot = model.orders[0, 0]
     square, square_err = model.lengths_sq[pivot], model.lengths_sq_err[pivot]
-    return put(turn.no_position(F, turn.third_block(model), square, square_err, S))
+    return put(branches.no_position(F, forms.third_block(model), square, square_err, S))
 
 
 @njit
 def slack_excluded(F: Any, W: Any, model: Any, needed: Any, S: Any) -> Any:
-    return put(turn.slack_excluded(F, W, model, get(needed), S))
+    return put(bounds.slack_excluded(F, W, model, get(needed), S))
 
 
 @njit
 def solution_bounds(F: Any, W: Any, model: Any, S: Any) -> Any:
-    return put(turn.solution_bounds(F, W, model, S))
+    return put(bounds.solution_bounds(F, W, model, S))

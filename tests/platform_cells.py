@@ -13,13 +13,23 @@ import numpy as np
 from cdpr_interval.kernels.enclosure import enclose
 from cdpr_interval.kernels.lanes import LANES
 from cdpr_interval.kernels.second_order import ROTATION_ONLY, WHOLE_POSE, Symbols, width
-from solvers import platform_polynomials as forms
-from solvers import platform_pose as pose
-from solvers import platform_turn as turn
+from solvers import (
+    platform_batch,
+    platform_bounds,
+    platform_branch,
+    platform_polynomials,
+    platform_pose,
+    platform_turn,
+)
 from tests import lane_calls as calls
 from tests import lane_platform as platform
 from tests.exact_rows import Point, polynomial
+from tests.kernel_callers import Callers
 from tests.planted_platform import Planted, Vector
+
+forms = Callers(platform_polynomials)
+pose = Callers(platform_pose, platform_bounds, platform_batch)
+turn = Callers(platform_turn, platform_bounds, platform_branch, platform_batch)
 
 
 @dataclass(frozen=True)

@@ -12,10 +12,13 @@ import numpy as np
 import pytest
 from numba import njit
 
-from cdpr_interval.kernels import rounding
-from cdpr_interval.kernels.dense import solve_definite
+from cdpr_interval.kernels import dense, rounding
 from cdpr_interval.kernels.lanes import LANES
 from tests import lane_calls as calls
+from tests.kernel_callers import caller
+
+solve_definite = caller(dense.solve_definite)
+
 
 SPECIAL = [
     *(0.0, 5e-324, 1e-310, 2.0**-1022, 1e-160, 0.3, 1.0, 1.0 + 2.0**-52, 2.0, 1e16, 1e160, 1.7e308),

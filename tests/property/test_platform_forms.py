@@ -15,14 +15,20 @@ import pytest
 from cdpr_interval.kernels.enclosure import enclose
 from cdpr_interval.kernels.lanes import LANES
 from cdpr_interval.kernels.second_order import ROTATION_ONLY, WHOLE_POSE, Symbols
-from solvers import platform_elimination as elimination
-from solvers import platform_polynomials as forms
-from solvers import platform_pose as pose
-from solvers import platform_statics as statics
-from solvers import platform_turn as turn
+from solvers import (
+    platform_batch,
+    platform_bounds,
+    platform_branch,
+    platform_elimination,
+    platform_polynomials,
+    platform_pose,
+    platform_statics,
+    platform_turn,
+)
 from solvers.platform_scratch import enclose_pose_cell, enclose_turn_cell, form_arrays
 from tests import lane_calls as calls
 from tests import lane_platform as platform
+from tests.kernel_callers import Callers
 from tests.planted_platform import (
     HALF_TURN_SIGNS,
     UNCERTAIN,
@@ -51,6 +57,13 @@ from tests.platform_cells import (
     turn_cell,
     turn_trial,
 )
+
+elimination = Callers(platform_elimination)
+forms = Callers(platform_polynomials)
+pose = Callers(platform_pose, platform_bounds, platform_batch)
+statics = Callers(platform_statics)
+turn = Callers(platform_turn, platform_bounds, platform_branch, platform_batch)
+
 
 COUNTS = (2, 3, 4, 5, 6)
 """Taut cables; two stand for the problem in a plane."""

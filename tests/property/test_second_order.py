@@ -14,11 +14,15 @@ from typing import Any
 import numpy as np
 import pytest
 
-from cdpr_interval.kernels import second_order as kernels
+from cdpr_interval.kernels import second_order
 from cdpr_interval.kernels.lanes import LANES
 from cdpr_interval.kernels.second_order import ROTATION_ONLY, WHOLE_POSE, Symbols, width
 from tests import lane_calls as calls
 from tests.exact_rows import Point, polynomial
+from tests.kernel_callers import Callers
+
+kernels = Callers(second_order)
+
 
 ROWS = 13
 OUT = 10
