@@ -28,8 +28,8 @@ COMMANDS = {
 """Module of each command; its attribute ``command`` is the click command."""
 VERBOSE = ("-v", "--verbose")
 GARBAGE_THRESHOLD = 100_000
-"""New objects after which Python looks for cycles, not 700: while numba is imported there are a million
-objects and no garbage. With `gc.freeze` at the end a short command takes a quarter less time."""
+"""New objects after which Python looks for cycles, instead of 700: imports make many objects and no garbage.
+With `gc.freeze` at the end a short command takes a quarter less time."""
 
 
 class ExitCode(IntEnum):

@@ -8,6 +8,7 @@ object. The kernels and the fallbacks are those of `forward_kinematics`, so the 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from fractions import Fraction
 from typing import Any
 
 import numpy as np
@@ -19,7 +20,7 @@ from solvers.force import NO_LOAD, ZERO, read_force
 from solvers.forward import refuse_unsupported
 from solvers.input_errors import InputErrors
 from solvers.lengths import read_lengths
-from solvers.point_mass_convex import NoPose, after_quick, quick_pose
+from solvers.point_mass_convex import NoPose, after_quick, quick_pose, settle
 from solvers.point_mass_entry import Fields
 from solvers.point_mass_fields import OPEN
 from solvers.point_mass_kernels import DECIDED
@@ -74,6 +75,22 @@ class PointMass:
     def robot(self) -> Robot:
         """The robot this solver was prepared for."""
         return self._robot
+
+    def warm_up(self) -> None:
+        """Compile or load the kernels now, so that no later call waits for them.
+
+        Without it the first call, and the first with a cable just taut or slack, take a tenth of a second
+        each to load kernels, and many seconds where they were never compiled on this machine. Only the
+        kernels for wide ranges of elastic cables are left out.
+        """
+        arrays = self._arrays
+        if arrays is None:
+            arrays = build_arrays(self._robot, (Fraction(0), Fraction(0), Fraction(-1)))
+        # Cables that long reach each other's exit points: everything below is asked of a common point.
+        reach = 16.0 * float(arrays.frame[0, 0])
+        lengths = np.full((len(self._robot.cables), 2), reach)
+        quick_pose(arrays, lengths)
+        settle(arrays, lengths)
 
     def solve(
         self, lengths: str | Sequence[Any] | Mapping[str, Any], external_force: Sequence[Any] | None = None

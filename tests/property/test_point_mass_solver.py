@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import math
 import random
+import subprocess
+import sys
 import threading
 from decimal import Decimal
 from fractions import Fraction
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -20,6 +23,7 @@ from solvers.problem import Problem
 from solvers.result import CableState, Outcome, Result
 
 ORIGIN = (Fraction(0), Fraction(0), Fraction(0))
+ROOT = Path(__file__).parents[2]
 KINDS = ("inextensible", "stiffness", "axial")
 SQUARE = ((0, 0, 0), (4, 0, 0), (0, 4, 0), (4, 4, 0))
 
@@ -237,6 +241,35 @@ def test_arrays_are_kept_for_a_few_robots() -> None:
     assert robot_arrays(problems[0]) is not first[0]
     again = robot_arrays(Problem(models[5], (), (Fraction(1), Fraction(0), Fraction(0))))
     assert again.load_exact[0] == 1 and again.anchors is first[5].anchors
+
+
+@pytest.mark.parametrize(("name", "short"), [("merlet_4_1", "no-pose"), ("merlet_4_1_k100", "proved")])
+def test_after_warming_up_no_call_waits_for_kernels(name: str, short: str) -> None:
+    code = f"""
+import sys
+from numba.core.dispatcher import Dispatcher
+from cdpr_interval import load_robot
+from solvers import PointMass
+
+def loaded():
+    modules = [m for n, m in list(sys.modules.items()) if n.startswith(("solvers", "cdpr_interval"))]
+    kernels = {{k for m in modules for k in vars(m).values() if isinstance(k, Dispatcher)}}
+    return {{(k.__module__, k.__name__, s) for k in kernels for s in k.overloads}}
+
+solver = PointMass(load_robot({name!r}))
+solver.warm_up()
+before = loaded()
+statuses = [solver.solve(x).status.value for x in ([3.1, 3.2, 3.3, 3.4], [3.0] * 4, [0.5] * 4)]
+print(*statuses, *sorted(map(str, loaded() - before)), sep="\\n")
+"""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, cwd=ROOT, timeout=300)
+    assert done.stderr == ""
+    assert done.stdout.split("\n") == ["proved", "proved", short, ""]
+
+
+def test_a_weightless_mass_can_be_warmed_up() -> None:
+    PointMass(robot(SQUARE, mass=0)).warm_up()
+    PointMass(robot(SQUARE[:1])).warm_up()
 
 
 def test_one_instance_serves_threads() -> None:

@@ -327,7 +327,7 @@ def test_multiply_dot3_and_cross3(scale: str, S: Symbols) -> None:
     for batch in batches(scale, S, 15):
         v = [[case.value(i) for i in range(OUT)] for case in batch.cases]
         for a, b in ((0, 1), (2, 2)):
-            kernels.multiply(batch.F, OUT, a, b, S)
+            kernels.multiply(batch.F, OUT, a, b, 1.0, S)
             batch.check(OUT, [x[a] * x[b] for x in v])
         for a, b in ((0, 3), (6, 6)):
             kernels.dot3(batch.F, OUT, a, b, S)
@@ -350,7 +350,7 @@ def every_kernel(F: Any, c: Any, W: Any, S: Symbols) -> tuple[Any, ...]:
     kernels.combine6(F, 6, 0, W, 0, S)
     kernels.moving6(F, 7, 0, W, 1, S)
     kernels.add_product(F, 8, 1, 2, -1.0, S)
-    kernels.multiply(F, 9, 0, 3, S)
+    kernels.multiply(F, 9, 0, 3, 1.0, S)
     kernels.copy(F, 11, 9, S)
     kernels.cross3(F, OUT, 1, 5, S)
     kernels.dot3(F, 9, 1, 5, S)
@@ -413,7 +413,7 @@ def test_products_of_linear_rows_are_exact_up_to_rounding(S: Symbols) -> None:
         F = batch.F
         F[:, 1 + K : -2] = 0.0
         batch.close()
-        kernels.multiply(F, OUT, 0, 1, S)
+        kernels.multiply(F, OUT, 0, 1, 1.0, S)
         size = abs(F[0, : 1 + K]).sum(axis=0) * abs(F[1, : 1 + K]).sum(axis=0)
         assert np.all(F[OUT, -3] <= 1e-14 * size + 1e-300)
         batch.check(OUT, [a * b for a, b in zip(batch.values(0), batch.values(1), strict=True)])
@@ -424,7 +424,7 @@ def test_products_drop_only_third_and_fourth_order(S: Symbols) -> None:
     for batch in batches("plain", S, 100):
         F = batch.F
         F[:, -3] = 0.0
-        kernels.multiply(F, OUT, 0, 1, S)
+        kernels.multiply(F, OUT, 0, 1, 1.0, S)
         a, b = (abs(F[i, 0]) + F[i, -2] + F[i, -1] for i in (0, 1))
         dropped = F[0, -2] * F[1, -1] + F[0, -1] * F[1, -2] + F[0, -1] * F[1, -1]
         assert np.all(F[OUT, -3] <= dropped * (1.0 + 1e-12) + 1e-14 * a * b)
