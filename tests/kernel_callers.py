@@ -11,6 +11,9 @@ from numba.core.registry import CPUDispatcher
 
 def caller(inner: Any) -> Any:
     """Return a function that Python can call."""
+    if inner.targetoptions.get("inline") == "always":
+        # It is inlined wherever it is called, also into a function that passes on its arguments as they are.
+        return njit(inner.py_func)
 
     @njit
     def call(*arguments: Any) -> Any:

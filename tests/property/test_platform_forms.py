@@ -16,14 +16,9 @@ from cdpr_interval.kernels.enclosure import enclose
 from cdpr_interval.kernels.lanes import LANES
 from cdpr_interval.kernels.second_order import ROTATION_ONLY, WHOLE_POSE, Symbols
 from solvers import (
-    platform_batch,
-    platform_bounds,
-    platform_branch,
     platform_elimination,
     platform_polynomials,
-    platform_pose,
     platform_statics,
-    platform_turn,
 )
 from solvers.platform_scratch import enclose_pose_cell, enclose_turn_cell, form_arrays
 from tests import lane_calls as calls
@@ -50,9 +45,11 @@ from tests.platform_cells import (
     Trial,
     around,
     point_of,
+    pose,
     pose_batches,
     pose_cell,
     pose_trial,
+    turn,
     turn_batches,
     turn_cell,
     turn_trial,
@@ -60,9 +57,7 @@ from tests.platform_cells import (
 
 elimination = Callers(platform_elimination)
 forms = Callers(platform_polynomials)
-pose = Callers(platform_pose, platform_bounds, platform_batch)
 statics = Callers(platform_statics)
-turn = Callers(platform_turn, platform_bounds, platform_branch, platform_batch)
 
 
 COUNTS = (2, 3, 4, 5, 6)

@@ -18,12 +18,7 @@ from cdpr_interval.kernels import second_order
 from cdpr_interval.kernels.lanes import LANES
 from cdpr_interval.kernels.second_order import ROTATION_ONLY, WHOLE_POSE, Symbols, width
 from solvers import (
-    platform_batch,
-    platform_bounds,
-    platform_branch,
     platform_elimination,
-    platform_pose,
-    platform_turn,
 )
 from solvers.platform_model import HALF_TURNS
 from solvers.platform_polynomials import EQUATION, FORM_ROWS, PIVOT, SCRATCH, WORK_SHAPE
@@ -32,12 +27,10 @@ from tests import lane_platform as platform
 from tests.exact_rows import Point, polynomial
 from tests.kernel_callers import Callers
 from tests.planted_platform import Planted, plant, plant_planar
-from tests.platform_cells import Stepper, Verdict, around, pose_cell, turn_cell
+from tests.platform_cells import Stepper, Verdict, around, pose, pose_cell, turn, turn_cell
 
 kernels = Callers(second_order)
 elimination = Callers(platform_elimination)
-pose = Callers(platform_pose, platform_bounds, platform_batch)
-turn = Callers(platform_turn, platform_bounds, platform_branch, platform_batch)
 
 
 COUNTS = (2, 3, 4, 5, 6)
