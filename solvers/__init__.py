@@ -15,6 +15,8 @@ if TYPE_CHECKING:
     from solvers.point_mass_pose import PointMassPose, PoseStatus
     from solvers.point_mass_solver import PointMass
     from solvers.result import Outcome, Result, Solution, StopReason
+    from solvers.tracked_pose import TrackedPose, TrackStatus
+    from solvers.tracker import Tracker
 
 _HOMES = {
     "IkResult": "solvers.ik_result",
@@ -25,6 +27,9 @@ _HOMES = {
     "Result": "solvers.result",
     "Solution": "solvers.result",
     "StopReason": "solvers.result",
+    "TrackStatus": "solvers.tracked_pose",
+    "TrackedPose": "solvers.tracked_pose",
+    "Tracker": "solvers.tracker",
     "forward_kinematics": "solvers.forward",
     "inverse_kinematics": "solvers.inverse",
 }
@@ -38,6 +43,9 @@ __all__ = [
     "Result",
     "Solution",
     "StopReason",
+    "TrackStatus",
+    "TrackedPose",
+    "Tracker",
     "forward_kinematics",
     "inverse_kinematics",
 ]

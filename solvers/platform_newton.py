@@ -26,6 +26,8 @@ PERRON_STEPS = 12
 """Steps of the search for a positive vector that proves a matrix close to the identity regular."""
 PERRON_FLOOR = 1e-3
 """Share of the vector before that is kept."""
+GOOD = 0.5
+"""Growth that is good enough: no better estimate is sought."""
 BELOW_ONE = 1.0 - 2.0**-53
 """Largest double below 1."""
 
@@ -360,18 +362,14 @@ def krawczyk(data: Any, rows: Any, free: Any, C: Any, z: Any, image: Any) -> boo
     return inside
 
 
-@njit("f8(f8[:, :, ::1], f8[:, ::1], i8[::1], f8[:, ::1], f8[:, ::1])", cache=True, nogil=True)
-def growth(data: Any, rows: Any, free: Any, C: Any, z: Any) -> float:
-    """Return how much |I - C J(z)| stretches a positive vector: below 1 only with a proof.
+@njit("f8(f8[:, :, ::1], i8[::1], f8[:, ::1])", cache=True, nogil=True)
+def stretch(E: Any, free: Any, z: Any) -> float:
+    """Return how much |E| stretches a positive vector: below 1 only with a proof for E (m, m, 2).
 
-    Guarantee: a value below 1 proves that the square system has at most one zero in the box z, for every
-    choice of data. Proof: |I - C J(z)| v < v for one v > 0 shows that every matrix in C J(z) is regular; two
-    zeros would differ by a kernel vector of one of them (mean value theorem, row by row). v comes from
-    power iteration, started at the box's half widths; the value estimates the spectral radius from above.
+    The vector comes from power iteration, started at the half widths of the box z; the value estimates the
+    spectral radius of |E| from above.
     """
     m = free.shape[0]
-    E = np.empty((m, m, 2))
-    krawczyk_matrix(data, rows, free, C, z, E)
     v = np.empty(m)
     image = np.empty(m)
     for i in range(m):
@@ -393,12 +391,26 @@ def growth(data: Any, rows: Any, free: Any, C: Any, z: Any) -> float:
         if not largest < math.inf:
             return math.inf
         best = min(best, min(ratio, BELOW_ONE) if smaller else max(ratio, 1.0))
-        if not largest > 0.0:
+        if not largest > 0.0 or best < GOOD:
             return best
         for i in range(m):
             # The floor keeps v positive and the comparison strict where a row of E vanishes.
             v[i] = image[i] / largest + PERRON_FLOOR * v[i]
     return best
+
+
+@njit("f8(f8[:, :, ::1], f8[:, ::1], i8[::1], f8[:, ::1], f8[:, ::1])", cache=True, nogil=True)
+def growth(data: Any, rows: Any, free: Any, C: Any, z: Any) -> float:
+    """Return how much |I - C J(z)| stretches a positive vector: below 1 only with a proof.
+
+    Guarantee: a value below 1 proves that the square system has at most one zero in the box z, for every
+    choice of data. Proof: |I - C J(z)| v < v for one v > 0 shows that every matrix in C J(z) is regular; two
+    zeros would differ by a kernel vector of one of them (mean value theorem, row by row).
+    """
+    m = free.shape[0]
+    E = np.empty((m, m, 2))
+    krawczyk_matrix(data, rows, free, C, z, E)
+    return float(stretch(E, free, z))
 
 
 def regular(data: Any, rows: Any, free: Any, C: Any, z: Any) -> bool:

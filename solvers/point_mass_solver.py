@@ -15,11 +15,11 @@ import numpy as np
 
 from cdpr_interval.errors import InputError
 from cdpr_interval.robots.model import Robot
-from solvers.exact_number import LARGEST, SMALLEST
 from solvers.force import NO_LOAD, ZERO, read_force
 from solvers.forward import refuse_unsupported
 from solvers.input_errors import InputErrors
 from solvers.lengths import read_lengths
+from solvers.light_input import force_key, quick_bounds
 from solvers.point_mass_convex import NoPose, after_quick, quick_pose, settle
 from solvers.point_mass_entry import Fields
 from solvers.point_mass_fields import OPEN
@@ -129,7 +129,7 @@ class PointMass:
         or slack, without a common point of the cables, and for wide ranges, exact arithmetic follows:
         milliseconds, for wide ranges of elastic cables tenths of a second.
         """
-        bounds = self._quick_bounds(lengths)
+        bounds = quick_bounds(lengths, len(self._robot.cables))
         if bounds is None or external_force is not None or self._arrays is None:
             arrays, bounds = self._checked(lengths, bounds, external_force)
         else:
@@ -138,28 +138,6 @@ class PointMass:
         if status == DECIDED:
             return PointMassPose(PoseStatus.PROVED, found, states)
         return _settled(arrays, bounds)
-
-    def _quick_bounds(self, lengths: Any) -> Bounds | None:
-        """Return bounds (N, 2) of lengths that are floats, pairs of floats or an array; None for others."""
-        if isinstance(lengths, np.ndarray) and lengths.dtype == np.float64:
-            lengths = lengths.tolist()
-        if type(lengths) not in (list, tuple) or len(lengths) != len(self._robot.cables):
-            return None
-        ends: list[float] = []
-        for value in lengths:
-            if isinstance(value, float):
-                lo = hi = value
-            elif type(value) in (list, tuple) and len(value) == 2:
-                lo, hi = value
-                if not (isinstance(lo, float) and isinstance(hi, float)):
-                    return None
-            else:
-                return None
-            if not SMALLEST <= lo <= hi < LARGEST:
-                # Also NaN. What is wrong is found, and said, by the reader of lengths.
-                return None
-            ends += (lo, hi)
-        return np.array(ends).reshape(-1, 2)
 
     def _checked(
         self, lengths: Any, bounds: Bounds | None, external_force: Any
@@ -176,7 +154,7 @@ class PointMass:
 
     def _under(self, external_force: Any) -> RobotArrays:
         """Return the arrays under the weight and a force; the last ones are kept."""
-        key = _key(external_force)
+        key = force_key(external_force)
         kept = self._forced
         if key is not None and kept is not None and kept[0] == key:
             return kept[1]
@@ -188,14 +166,6 @@ class PointMass:
         if key is not None:
             self._forced = key, arrays
         return arrays
-
-
-def _key(force: Any) -> tuple[float, ...] | None:
-    """Return a force given as plain floats as a tuple; None for other spellings, which are read anew."""
-    if not isinstance(force, list | tuple | np.ndarray):
-        return None
-    values = tuple(force)
-    return values if all(isinstance(value, float) for value in values) else None
 
 
 def _settled(arrays: RobotArrays, lengths: Bounds) -> PointMassPose:

@@ -125,7 +125,7 @@ class Search:
         self.store = Store(cells, threads)
         self.budget = budget
         self.threads = threads
-        self.chunk_cells = CHUNK_CELLS if threads == 1 else SHARED_CHUNK_CELLS
+        self.chunk_cells = CHUNK_CELLS if threads == 1 else min(CHUNK_CELLS, SHARED_CHUNK_CELLS)
         self.report = report
         self.lock = threading.Condition()
         self.busy = 0
