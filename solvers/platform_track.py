@@ -26,9 +26,10 @@ from cdpr_interval.kernels import interval, interval_matrix
 from cdpr_interval.kernels.rounding import down, up
 from solvers import platform_newton as newton
 
-TRACKED, NO_ROOT, MOVED, TIGHT, LOOSE, SINGULAR, SEVERAL = range(7)
-"""What ``track`` proved, or at which step it failed: proved; Newton found no pose; it lies outside the region;
-a slack cable may be tight; a taut one may be loose; the tensions are not bounded; more than one root."""
+TRACKED, NO_ROOT, MOVED, TIGHT, LOOSE, SINGULAR, SEVERAL, BROAD = range(8)
+"""What ``track`` says: proved; Newton found no pose; it lies outside the region; a slack cable may be tight;
+a taut one may be loose; the tensions are not bounded; there may be more than one root; the roots for all
+lengths may not fit in."""
 CHORD_STEPS = 8
 """Most steps with the derivative at the reference, each a third of a Newton step's cost."""
 NEWTON_STEPS = 12
@@ -55,8 +56,8 @@ OUTWARD = 1.0 + 1e-12
 def region(z: Any, radius: float, size: float, X: Any) -> bool:
     """Write the bounds of u and p in the region around z to X; False where its rotations are too many.
 
-    With v the Rodrigues vector of the turn from R(u) to R(u'), u' - u = (v + v x u + (u . v) u) / (1 - u . v),
-    of norm at most |v| (1 + |u|^2) / (1 - |u| |v|).
+    With v the Rodrigues vector of the turn from R(u) to R(u'), of norm tan(angle / 2),
+    u' - u = (v + v x u + (u . v) u) / (1 - u . v), of norm at most |v| (1 + |u|^2) / (1 - |u| |v|).
     """
     tangent = math.tan(0.5 * radius / size) * OUTWARD
     norm = math.sqrt(z[0] * z[0] + z[1] * z[1] + z[2] * z[2]) * OUTWARD
@@ -208,7 +209,7 @@ def contract(data: Any, rows: Any, free: Any, C: Any, box: Any) -> None:
 
 @njit("b1(f8[:, :, ::1], f8[:, ::1], i8[::1], f8[::1], f8[:, ::1])", cache=True, nogil=True)
 def find_root(data: Any, rows: Any, free: Any, z: Any, C: Any) -> bool:
-    """Improve z (6 + n,) to a root near by, in floats; write an inverse of the derivative near it to C (m, m)."""
+    """Improve z (6 + n,) to a root near by, in floats; write an inverse derivative near it to C (m, m)."""
     m = free.shape[0]
     box, f, J = np.empty((z.shape[0], 2)), np.empty((m, 2)), np.empty((m, m, 2))
     start, last = z.copy(), math.inf
@@ -246,10 +247,10 @@ def find_root(data: Any, rows: Any, free: Any, z: Any, C: Any) -> bool:
 @njit("b1(f8[::1], f8[:, ::1])", cache=True, nogil=True)
 def holds(z: Any, X: Any) -> bool:
     """Return True when the pose of z lies inside the region; also False for NaN."""
+    inside = True
     for k in range(6):
-        if not X[k, 0] < z[k] < X[k, 1]:
-            return False
-    return True
+        inside = inside and X[k, 0] < z[k] < X[k, 1]
+    return inside
 
 
 @njit(
@@ -345,11 +346,14 @@ def track(
                 X[6 + i, 0], X[6 + i, 1] = T[i, 0, 0], T[i, 0, 1]
         if status == SINGULAR or cable >= 0:
             continue
-        status = SEVERAL
         newton.krawczyk_matrix(data, rows, free, C, X, E)
-        if newton.stretch(E, free, X) < 1.0 and box_around(f, E, free, C, root, X, box):
+        if not newton.stretch(E, free, X) < 1.0:
+            status = SEVERAL
+        elif box_around(f, E, free, C, root, X, box):
             status = TRACKED
             break
+        else:
+            status = BROAD
     for i in range(n):
         if status == TRACKED and lengths[taut[i], 0] < lengths[taut[i], 1]:
             # Where they are ranges the derivative over the box itself gives narrower bounds.

@@ -30,7 +30,7 @@ from solvers.platform_frame import Frame
 from solvers.platform_model import HALF_TURNS, platform_size
 from solvers.platform_prepared import prepared
 from solvers.platform_roots import GENERAL, GEOMETRY, system_of
-from solvers.platform_track import LOOSE, MOVED, NO_ROOT, SINGULAR, TIGHT, TRACKED, track
+from solvers.platform_track import BROAD, LOOSE, MOVED, NO_ROOT, SINGULAR, TIGHT, TRACKED, track
 from solvers.point_mass_model import length_bounds
 from solvers.problem import Problem
 from solvers.result import Bounds, CableState, Outcome, Solution, Stability
@@ -124,9 +124,7 @@ class Tracker:
         least_radius: float | None = None,
     ) -> None:
         if robot.is_point_mass:
-            raise InputError(
-                f"robot '{robot.name}': is a point mass; use PointMass, which needs no last pose"
-            )
+            raise InputError(f"robot '{robot.name}': is a point mass; use PointMass, it needs no start")
         refuse_unsupported(robot)
         self._robot = robot
         points = np.array([[float(x) for x in b] for b in Problem(robot, ()).anchors_from_centre])
@@ -167,7 +165,7 @@ class Tracker:
         """
         if len(start.cable_states) != self._count:
             raise InputError(f"start: has {len(start.cable_states)} cables, the robot {self._count}")
-        if start.family is not None or CableState.UNDECIDED in start.cable_states:
+        if not is_single(start):
             raise InputError("start: must be one pose, with every cable proved taut or slack")
         n = len(start.taut)
         system = system_of(GEOMETRY if n == FULL_SYSTEM else GENERAL, n)
@@ -309,6 +307,8 @@ class Tracker:
             return f"cable {name}, taut in the last pose, may be slack {within}"
         if status == SINGULAR:
             return f"the tensions are not bounded {within}: the pose is singular, or one of a family"
+        if status == BROAD:
+            return f"the poses for all lengths in the ranges may not lie {within}"
         return f"more than one pose may lie {within}"
 
     def _begin(self, lengths: Any, load: Load) -> str:
@@ -356,6 +356,11 @@ class Tracker:
 
 
 ZERO_FORCE = (0.0, 0.0, 0.0)
+
+
+def is_single(solution: Solution) -> bool:
+    """Return True for one pose (no family) with every cable's state decided."""
+    return solution.family is None and CableState.UNDECIDED not in solution.cable_states
 
 
 def charts_of(cables: Cables) -> Floats:
