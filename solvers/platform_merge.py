@@ -23,7 +23,7 @@ def distinct(roots: Sequence[Root], frame: Frame) -> list[Root]:
 
     Roots inside their chart are preferred; the order is the roots' own.
     """
-    ordered = sorted(roots, key=lambda r: (np.abs(r.box[:3]).max() > 1.0, r.chart, r.box[:, 0].tolist()))
+    ordered = sorted(roots, key=order_of)
     candidates = may_coincide(ordered)
     kept: list[Root] = []
     indices: list[int] = []
@@ -34,6 +34,12 @@ def distinct(roots: Sequence[Root], frame: Frame) -> list[Root]:
             kept.append(root)
             indices.append(k)
     return kept
+
+
+def order_of(root: Root) -> tuple[bool, int, list[float]]:
+    """Return the key by which roots are sorted."""
+    low, high = root.box.T.tolist()
+    return max(high[:3]) > 1.0 or min(low[:3]) < -1.0, root.chart, low
 
 
 def may_coincide(roots: Sequence[Root]) -> NDArray[np.bool_]:

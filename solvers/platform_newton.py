@@ -26,6 +26,10 @@ PERRON_STEPS = 12
 """Steps of the search for a positive vector that proves a matrix close to the identity regular."""
 PERRON_FLOOR = 1e-3
 """Share of the vector before that is kept."""
+KEEP_BELOW = 1e-3
+"""Newton step over (1 + |z|) from which on the derivative is kept."""
+SLOW = 0.1
+"""Steps that shrink by less than this ask for a new derivative."""
 GOOD = 0.5
 """Growth that is good enough: no better estimate is sought."""
 BELOW_ONE = 1.0 - 2.0**-53
@@ -270,34 +274,40 @@ def inverse_at(J: Any, C: Any) -> bool:
     return True
 
 
-@njit("b1(f8[:, :, ::1], f8[:, ::1], i8[::1], f8[::1], i8)", cache=True, nogil=True)
-def newton(data: Any, rows: Any, free: Any, z: Any, steps: int) -> bool:
-    """Improve z (6 + n,) by Newton steps in floats; True when it converged."""
+@njit("b1(f8[:, :, ::1], f8[:, ::1], i8[::1], f8[::1], f8[:, ::1], i8)", cache=True, nogil=True)
+def newton(data: Any, rows: Any, free: Any, z: Any, C: Any, steps: int) -> bool:
+    """Improve z (6 + n,) by Newton steps in floats; True when it converged.
+
+    Near the root the derivative is kept, which costs a third and converges as fast as the steps are small;
+    ``C`` (m, m) is left as the inverse of the last one.
+    """
     m = free.shape[0]
     box = np.empty((z.shape[0], 2))
     J = np.empty((m, m, 2))
     f = np.empty((m, 2))
-    a = np.zeros((m, m + 1))
-    last = math.inf
+    last, fresh = math.inf, True
     for _ in range(steps):
         for k in range(z.shape[0]):
             box[k, 0] = z[k]
             box[k, 1] = z[k]
-        jacobian_over(data, rows, free, box, f, J)
-        for i in range(m):
-            for j in range(m):
-                a[i, j] = 0.5 * (J[i, j, 0] + J[i, j, 1])
-            a[i, m] = 0.5 * (f[i, 0] + f[i, 1])
-        if not solve_in_place(a, m, 1):
-            return False
+        if fresh:
+            jacobian_over(data, rows, free, box, f, J)
+            if not inverse_at(J, C):
+                return False
+        else:
+            residual_at(data, rows, box, f)
         step = 0.0
         for i in range(m):
-            z[free[i]] -= a[i, m]
-            step = max(step, abs(a[i, m]) / (1.0 + abs(z[free[i]])))
+            change = 0.0
+            for j in range(m):
+                change += C[i, j] * (0.5 * (f[j, 0] + f[j, 1]))
+            z[free[i]] -= change
+            step = max(step, abs(change) / (1.0 + abs(z[free[i]])))
         if not step < 1e6:
             return False
         if step < 1e-14 or (step < 1e-10 and step >= last):
             return True
+        fresh = step > KEEP_BELOW or step > SLOW * last
         last = step
     return last < 1e-9
 

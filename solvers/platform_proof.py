@@ -274,7 +274,7 @@ def find_roots(
                 rows[i, j] = system.rows[i, j]
         if system.rod:
             across_rod(z[:3], rows)
-        if not newton.newton(data, rows, free, z, NEWTON_STEPS):
+        if not newton.newton(data, rows, free, z, C, NEWTON_STEPS):
             continue
         if max(abs(z[0]), abs(z[1]), abs(z[2])) >= FAR_OUT or known(bench, count, chart, z, z):
             continue

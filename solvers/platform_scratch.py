@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from cdpr_interval.engine.per_thread import per_thread
 from cdpr_interval.kernels.lanes import LANES
 from cdpr_interval.kernels.second_order import ROTATION_ONLY, WHOLE_POSE, Symbols, width
 from solvers import platform_pose as pose
@@ -28,8 +29,9 @@ class Scratch(NamedTuple):
     """(1, width of a cell, LANES)."""
 
 
+@per_thread
 def form_arrays(symbols: Symbols, cell_width: int) -> Scratch:
-    """Return scratch for cells of ``cell_width`` columns on these symbols."""
+    """Return a thread's scratch for cells of ``cell_width`` columns on these symbols."""
     forms = np.zeros((FORM_ROWS, width(symbols), LANES))
     return Scratch(forms, np.zeros(WORK_SHAPE), np.zeros((1, cell_width, LANES)))
 

@@ -30,14 +30,8 @@ TRACKED, NO_ROOT, MOVED, TIGHT, LOOSE, SINGULAR, SEVERAL, BROAD = range(8)
 """What ``track`` says: proved; Newton found no pose; it lies outside the region; a slack cable may be tight;
 a taut one may be loose; the tensions are not bounded; there may be more than one root; the roots for all
 lengths may not fit in."""
-CHORD_STEPS = 8
-"""Most steps with the derivative at the reference, each a third of a Newton step's cost."""
-NEWTON_STEPS = 12
+NEWTON_STEPS = 16
 """The reference is near: more steps mean that the pose has gone."""
-CONVERGED = 1e-14
-"""Step over (1 + |z|) that ends the iteration; one after a step this small changes nothing but rounding."""
-SLOW = 0.1
-"""Steps that shrink by less than this are left to Newton's iteration."""
 INFLATIONS = 12
 """Most tries for a box that the Krawczyk operator maps into itself."""
 REFINEMENTS = 3
@@ -207,43 +201,6 @@ def contract(data: Any, rows: Any, free: Any, C: Any, box: Any) -> None:
         box[k, 1] = min(box[k, 1], image[k, 1])
 
 
-@njit("b1(f8[:, :, ::1], f8[:, ::1], i8[::1], f8[::1], f8[:, ::1])", cache=True, nogil=True)
-def find_root(data: Any, rows: Any, free: Any, z: Any, C: Any) -> bool:
-    """Improve z (6 + n,) to a root near by, in floats; write an inverse derivative near it to C (m, m)."""
-    m = free.shape[0]
-    box, f, J = np.empty((z.shape[0], 2)), np.empty((m, 2)), np.empty((m, m, 2))
-    start, last = z.copy(), math.inf
-    for step in range(CHORD_STEPS):
-        for k in range(z.shape[0]):
-            box[k, 0], box[k, 1] = z[k], z[k]
-        if step == 0:
-            newton.jacobian_over(data, rows, free, box, f, J)
-            if not newton.inverse_at(J, C):
-                return False
-        else:
-            newton.residual_at(data, rows, box, f)
-        largest = 0.0
-        for i in range(m):
-            change = 0.0
-            for j in range(m):
-                change += C[i, j] * (0.5 * (f[j, 0] + f[j, 1]))
-            z[free[i]] -= change
-            largest = max(largest, abs(change) / (1.0 + abs(z[free[i]])))
-        if largest < CONVERGED:
-            return True
-        if not largest < SLOW * last:
-            break
-        last = largest
-    for k in range(z.shape[0]):
-        z[k] = start[k]
-    if not newton.newton(data, rows, free, z, NEWTON_STEPS):
-        return False
-    for k in range(z.shape[0]):
-        box[k, 0], box[k, 1] = z[k], z[k]
-    newton.jacobian_over(data, rows, free, box, f, J)
-    return bool(newton.inverse_at(J, C))
-
-
 @njit("b1(f8[::1], f8[:, ::1])", cache=True, nogil=True)
 def holds(z: Any, X: Any) -> bool:
     """Return True when the pose of z lies inside the region; also False for NaN."""
@@ -317,7 +274,7 @@ def track(
     C, E, f = np.empty((m, m)), np.empty((m, m, 2)), np.empty((m, 2))
     for k in range(6 + n):
         root[k] = z[k]
-    if not find_root(data, rows, free, root, C):
+    if not newton.newton(data, rows, free, root, C, NEWTON_STEPS):
         return NO_ROOT, first, -1
     X, T, R, slopes = np.empty((6 + n, 2)), np.empty((n, 1, 2)), np.empty((3, 3, 2)), np.empty((3, 3, 3, 2))
     for k in range(6 + n):

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from cdpr_interval.engine.batches import CHILDREN
 from cdpr_interval.engine.budget import Budget, Stop
 from cdpr_interval.engine.depth_first import MAX_CHILDREN
+from cdpr_interval.engine.per_thread import per_thread
 from cdpr_interval.kernels.lanes import LANES
 
 Cells = NDArray[np.float64]
@@ -22,6 +23,8 @@ CHUNK_CELLS = 20_000
 """Cells a thread that works alone looks at before it reports: about 50 ms, the reaction time to Ctrl-C."""
 SHARED_CHUNK_CELLS = 1_500
 """The same with several threads: about 4 ms, the longest that one waits for another at the end."""
+HUNGRY_CHUNK_CELLS = 200
+"""The same while another thread has nothing to do: it waits no longer than that for a share."""
 STACK_ROWS = 4_096
 """Rows of a thread's stack: depth-first search holds a few rows a level, beside its start cells."""
 LEAF_ROWS = 4_096
@@ -62,6 +65,8 @@ class Frame:
         self.kinds = np.empty(LEAF_ROWS, dtype=np.int64)
         self.children = np.empty((max(MAX_CHILDREN, CHILDREN * LANES), width))
 
+
+own_frame = per_thread(Frame)
 
 Run = Callable[[Cells, int, Cells, NDArray[np.int64], Cells, int], tuple[int, int, int]]
 """``run(stack, count, leaves, kinds, children, cell_limit) -> (count, n_leaves, cells)``: a closure over
@@ -155,13 +160,13 @@ class Search:
     def work(self) -> None:
         """Take blocks until none is left anywhere or the budget is spent."""
         run = self.make_run()
-        frame = Frame(self.width)
+        frame = own_frame(self.width)
         while True:
             block = self.take()
             if block is None:
                 return
             done: Exploration | None = None
-            allowed = self.budget.reserve(self.chunk_cells)
+            allowed = self.budget.reserve(self.chunk())
             try:
                 if allowed:
                     done = explore(run, frame, block, allowed)
@@ -171,6 +176,11 @@ class Search:
                 return
             if self.threads == 1:
                 self.tell()
+
+    def chunk(self) -> int:
+        """Return how many cells to look at before the pending ones are shared again."""
+        hungry = self.busy < self.threads and not self.store.blocks
+        return min(self.chunk_cells, HUNGRY_CHUNK_CELLS) if hungry else self.chunk_cells
 
     def take(self) -> Cells | None:
         """Return a block, or None when all work is done; waits while others may still add cells."""
@@ -211,12 +221,14 @@ class Search:
         """Collect leaves in an order that does not depend on threads."""
         leaves = np.concatenate(self.leaves)
         kinds = np.concatenate(self.kinds)
-        order = np.lexsort(np.column_stack([leaves, kinds]).T[::-1])
+        if len(leaves) > 1:
+            order = np.lexsort((kinds, *leaves.T[::-1]))
+            leaves, kinds = leaves[order], kinds[order]
         pending = self.store.rows(self.width)
         stop = Stop.EXHAUSTED
         if len(pending):
             stop = self.budget.stop() or Stop.INTERRUPTED
-        return SearchResult(leaves[order], kinds[order], pending, self.cells, stop)
+        return SearchResult(leaves, kinds, pending, self.cells, stop)
 
 
 def search(
