@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import os
 import random
 import re
@@ -13,12 +14,13 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
 from fractions import Fraction
+from functools import cache
 from pathlib import Path
 
 from cdpr_interval.robots.model import Cable, Elasticity, Platform, Robot
 from cdpr_interval.robots.reader import load_robot
-from solvers import PointMass, forward_kinematics
-from solvers.result import Outcome
+from solvers import PointMass, Tracker, forward_kinematics
+from solvers.result import Outcome, Solution, Stability
 
 ROOT = Path(__file__).resolve().parents[1]
 DATA = ROOT / "tests" / "reference" / "data"
@@ -31,6 +33,8 @@ MERLET = ["2.6925824035672520156", "3.9051248379533272068", "3.35410196624968454
 UC4 = ["7.5", "8", "7", "9"]
 LIGHT_CALLS = 1000
 """Calls of a prepared solver in one run: the clock's own time must not show."""
+SWING = 0.02
+"""m: how far the lengths of a tracked pose swing."""
 
 
 class Clock(StrEnum):
@@ -103,6 +107,29 @@ def light_calls(name: str, robot: Robot, lengths: Sequence[Sequence[float]]) -> 
         for given in turns:
             if not solver.solve(given).complete:
                 raise WrongAnswer(f"{name}: lengths {given} are not decided")
+        return Done(LIGHT_CALLS)
+
+    return Case(name, run, LIGHT_CALLS, unit="us", calls=LIGHT_CALLS)
+
+
+def tracking(name: str, robot: Robot, lengths: Sequence[float], taut: Sequence[int]) -> Case:
+    """Return a case that follows the one stable pose of a taut subset along a closed path of lengths."""
+
+    @cache
+    def prepared() -> tuple[Tracker, Solution, list[list[float]]]:
+        poses = forward_kinematics(robot, lengths, taut=taut).solutions
+        (start,) = [pose for pose in poses if pose.stability is Stability.STABLE]
+        turns = [2.0 * math.pi * i / LIGHT_CALLS for i in range(LIGHT_CALLS)]
+        path = [[x + SWING * math.sin(j * turn) for j, x in enumerate(lengths, 1)] for turn in turns]
+        return Tracker(robot), start, path
+
+    def run() -> Done:
+        tracker, start, path = prepared()
+        tracker.reset(start)
+        for given in path:
+            pose = tracker.update(given)
+            if not pose.tracked:
+                raise WrongAnswer(f"{name}: lengths {given}: {pose.reason}")
         return Done(LIGHT_CALLS)
 
     return Case(name, run, LIGHT_CALLS, unit="us", calls=LIGHT_CALLS)
@@ -191,6 +218,10 @@ def cases() -> list[Case]:
     return [
         light_calls("point-mass-8-light", *hanging_robot(8, elastic=False, seed=8)),
         light_calls("point-mass-elastic-4-light", *hanging_robot(4, elastic=True, seed=4)),
+        tracking("tracking-2-cables", uc2, [7.5, 8.0], range(2)),
+        tracking("tracking-3-cables", uc3, [7.5, 8.0, 7.0], range(3)),
+        tracking("tracking-4-cables", uc4, [7.5, 8.0, 7.0, 9.0], range(4)),
+        tracking("tracking-6-of-8-cables", cogiro, [float(x) for x in COGIRO.split(",")], range(1, 7)),
         question("point-mass-inextensible", load_robot("merlet_4_1"), MERLET, 1),
         question("uc2", uc2, ["7.5", "8"], 8, taut=range(2)),
         question("uc3", uc3, ["7.5", "8", "7"], 14, taut=range(3)),
