@@ -104,9 +104,11 @@ def test_there_are_commands_to_compare():
     assert len(SHOWN) >= 4
 
 
-def test_python_examples_of_the_readme():
-    text = "".join(blocks(ROOT / "README.md", "pycon"))
-    test = doctest.DocTestParser().get_doctest(text, {}, "README", "README.md", 0)
+@pytest.mark.parametrize("page", ["README.md", "docs/controllers.md"])
+def test_python_examples(page: str):
+    text = "".join(blocks(ROOT / page, "pycon"))
+    assert text
+    test = doctest.DocTestParser().get_doctest(text, {}, page, page, 0)
     report: list[str] = []
     results = doctest.DocTestRunner().run(test, out=report.append)
     assert results.attempted >= 8
