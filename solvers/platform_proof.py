@@ -92,14 +92,14 @@ def copy(a: Any, out: Any) -> None:
 
 
 @njit(
-    "b1(f8[:, :, ::1], f8[:, ::1], i8[::1], f8[:, ::1], f8[::1], f8[:, ::1], f8[:, ::1])",
+    "b1(f8[:, :, ::1], f8[:, ::1], i8[::1], f8[:, ::1], f8[::1], f8[:, ::1], b1, f8[:, ::1])",
     cache=True,
     nogil=True,
 )
-def existence_box(data: Any, rows: Any, free: Any, C: Any, z: Any, f: Any, box: Any) -> bool:
+def existence_box(data: Any, rows: Any, free: Any, C: Any, z: Any, f: Any, ranges: bool, box: Any) -> bool:
     """Grow a box around z until the Krawczyk operator maps it strictly into itself, and contract it.
 
-    ``f`` (m, 2) are the residuals at z.
+    ``f`` (m, 2) are the residuals at z; without ``ranges`` of the data, only rounding is left after one step.
 
     Guarantee: where True is returned, ``box`` (6 + n, 2) holds exactly one zero for every choice of data.
     """
@@ -141,7 +141,7 @@ def existence_box(data: Any, rows: Any, free: Any, C: Any, z: Any, f: Any, box: 
             smaller = smaller or hi - lo < REFINED * (box[k, 1] - box[k, 0])
             box[k, 0] = lo
             box[k, 1] = hi
-        if not smaller:
+        if not (smaller and ranges):
             return True
     return proved
 
@@ -287,7 +287,7 @@ def find_roots(
         newton.jacobian_over(data, rows, free, box, f, J)
         if not newton.inverse_at(J, C) or not np.isfinite(C).all():
             continue
-        if not existence_box(data, rows, free, C, z, f, box):
+        if not existence_box(data, rows, free, C, z, f, ranges, box):
             continue
         widest = 0.0
         for i in range(3):
@@ -334,7 +334,7 @@ def find_roots(
                 data[i, 6, 0] = model.lengths_sq[i]
                 data[i, 6, 1] = model.lengths_sq[i]
             newton.residual_at(data, rows, core, f)
-            narrower = existence_box(data, rows, free, C, z, f, core)
+            narrower = existence_box(data, rows, free, C, z, f, False, core)
         if not narrower:
             copy(box, core)
         for i in range(z.shape[0]):

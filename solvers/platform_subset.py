@@ -8,6 +8,7 @@ is undecided. Every round is deterministic, whatever the number of threads.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -74,7 +75,8 @@ class SubsetSearch:
             if self.stop is not Stop.EXHAUSTED:
                 self.pending += len(small) + sum(map(len, handed_on))
                 return handed_on[0]
-            self.roots += prover.find(small, leaf_size, in_position, self.roots, self.budget)
+            if len(small):
+                self.roots += prover.find(small, leaf_size, in_position, self.roots, self.budget)
             growing = GROWING_LEAVES < before < len(small)
             cells, before = small, len(small)
             leaf_size *= LEAF_RATIO
@@ -125,10 +127,13 @@ def last_leaf(model: Model) -> float:
     return max(LAST_LEAF, SPREAD_SHARE * spread)
 
 
+@cache
 def start_cells(reduction: Reduction) -> Floats:
-    """Return one cell for every chart: u in [-1, 1]^3, both branches."""
+    """Return one cell for every chart: u in [-1, 1]^3, both branches. There are only a few reductions."""
     used = [chart for chart in range(4) if reduction.frozen[chart] is not None]
-    return np.array([[*u_range(reduction.frozen[chart] or ()), chart, 0, 1.0 / len(used)] for chart in used])
+    cells = np.array([[*u_range(reduction.frozen[c] or ()), c, 0, 1.0 / len(used)] for c in used])
+    cells.setflags(write=False)
+    return cells
 
 
 def u_range(frozen: tuple[int, ...]) -> list[float]:
