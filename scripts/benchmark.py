@@ -52,6 +52,7 @@ class Measured:
     cells: int
     ns_per_cell: float | None
     poses: int
+    note: str
 
 
 def now(clock: Clock) -> float:
@@ -98,6 +99,7 @@ def measure(case: Case, runs: int | None) -> Measured:
         cells,
         1e9 * median * case.calls / cells if cells else None,
         case.poses // case.calls,
+        case.note,
     )
 
 

@@ -11,10 +11,12 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Callable, Sequence
+from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, replace
 from enum import StrEnum
 from fractions import Fraction
 from functools import cache
+from multiprocessing import get_context
 from pathlib import Path
 
 from cdpr_interval.robots.model import Cable, Elasticity, Platform, Robot
@@ -33,6 +35,10 @@ MERLET = ["2.6925824035672520156", "3.9051248379533272068", "3.35410196624968454
 UC4 = ["7.5", "8", "7", "9"]
 LIGHT_CALLS = 1000
 """Calls of a prepared solver in one run: the clock's own time must not show."""
+SIDE_BY_SIDE = (
+    "twice the work of uc4, in two processes that share nothing: twice uc4's time over this wall time is what the "
+    "machine's second core gives at best; compare it with uc4 over uc4-two-threads"
+)
 SWING = 0.02
 """m: how far the lengths of a tracked pose swing."""
 
@@ -78,6 +84,8 @@ class Case:
     """One run that is not measured goes ahead: kernels are compiled and loaded."""
     rare: bool = False
     """Only measured where it is asked for: it takes long."""
+    note: str = ""
+    """What limits it, or what it is to be compared with."""
 
 
 class WrongAnswer(Exception):
@@ -133,6 +141,31 @@ def tracking(name: str, robot: Robot, lengths: Sequence[float], taut: Sequence[i
         return Done(LIGHT_CALLS)
 
     return Case(name, run, LIGHT_CALLS, unit="us", calls=LIGHT_CALLS)
+
+
+@cache
+def shipped(name: str) -> Robot:
+    """Return a robot that ships, read once."""
+    return load_robot(name)
+
+
+def solve_uc4() -> int:
+    """Return the number of poses of UC4; the task of one process."""
+    return len(forward_kinematics(shipped("uc4"), UC4, taut=range(4)).solutions)
+
+
+def side_by_side(name: str, poses: int, note: str) -> Case:
+    """Return a case that solves UC4 in two processes at the same time: what a second core is worth."""
+
+    @cache
+    def pool() -> ProcessPoolExecutor:
+        return ProcessPoolExecutor(2, mp_context=get_context("spawn"))
+
+    def run() -> Done:
+        tasks = [pool().submit(solve_uc4) for _ in range(2)]
+        return Done(sum(task.result() for task in tasks))
+
+    return Case(name, run, 2 * poses, clock=Clock.WALL, note=note)
 
 
 def process(name: str, arguments: Sequence[str], cold: bool = False, poses: int = 0) -> Case:
@@ -227,6 +260,7 @@ def cases() -> list[Case]:
         question("uc3", uc3, ["7.5", "8", "7"], 14, taut=range(3)),
         question("uc4", uc4, UC4, 3, taut=range(4)),
         question("uc4-two-threads", uc4, UC4, 3, taut=range(4), threads=2),
+        side_by_side("uc4-two-processes", 3, SIDE_BY_SIDE),
         question("uc4-fifth-cable", fifth_cable(uc4), [*UC4, "7.6"], 0, taut=range(5)),
         question("uc4-all-subsets", uc4, UC4, 10),
         question("uc3-large-platform", large, ["4", "4.4", "3.7"], 8, taut=range(3)),
