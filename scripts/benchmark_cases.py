@@ -36,8 +36,8 @@ UC4 = ["7.5", "8", "7", "9"]
 LIGHT_CALLS = 1000
 """Calls of a prepared solver in one run: the clock's own time must not show."""
 SIDE_BY_SIDE = (
-    "the work of uc4 twice, in two processes that share nothing: twice the time of uc4 over this wall time is "
-    "what two cores of the machine give at best; compare it with uc4 over uc4-two-threads"
+    "the work of uc4 twice, in two processes that share nothing: twice the time of uc4 over this wall time "
+    "is what two cores of the machine give at best; compare it with uc4 over uc4-two-threads"
 )
 SWING = 0.02
 """m: how far the lengths of a tracked pose swing."""
