@@ -1,0 +1,46 @@
+"""Small linear algebra in plain floats: guesses that make proofs possible, and are never trusted."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+Row = list[float]
+RIDGE = 1e-12
+"""Added to the diagonal of normal equations, relative to unit rows: they may be dependent."""
+
+
+def solve(matrix: Sequence[Sequence[float]], right: Sequence[Sequence[float]]) -> list[Row] | None:
+    """Return X with matrix X = right by elimination with pivoting, or None where that fails."""
+    n = len(matrix)
+    a = [[*row, *extra] for row, extra in zip(matrix, right, strict=True)]
+    for k in range(n):
+        pivot = max(range(k, n), key=lambda i: abs(a[i][k]))
+        a[k], a[pivot] = a[pivot], a[k]
+        if not 1e-280 < abs(a[k][k]) < 1e280:
+            return None
+        for i in range(n):
+            if i != k:
+                factor = a[i][k] / a[k][k]
+                a[i] = [x - factor * y for x, y in zip(a[i], a[k], strict=True)]
+    return [[x / a[k][k] for x in a[k][n:]] for k in range(n)]
+
+
+def inverse(matrix: Sequence[Sequence[float]]) -> list[Row] | None:
+    """Return an approximate inverse, or None."""
+    n = len(matrix)
+    return solve(matrix, [[float(i == j) for j in range(n)] for i in range(n)])
+
+
+def inner(a: Sequence[float], b: Sequence[float]) -> float:
+    """Return the scalar product."""
+    return sum(x * y for x, y in zip(a, b, strict=True))
+
+
+def least_norm(rows: Sequence[Row], rights: Sequence[Sequence[float]]) -> list[Row] | None:
+    """Return for each list of right sides the shortest y with row . y = right for all rows."""
+    gram = [[inner(a, b) + (RIDGE * inner(a, a) if i == j else 0.0) for j, b in enumerate(rows)] for i, a in enumerate(rows)]
+    weights = solve(gram, [list(column) for column in zip(*rights, strict=True)])
+    if weights is None:
+        return None
+    columns = list(zip(*rows, strict=True))
+    return [[inner(column, weight) for column in columns] for weight in zip(*weights, strict=True)]

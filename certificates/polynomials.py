@@ -1,0 +1,79 @@
+"""Exact polynomials over a cell: every symbol stands for a number in [-1, 1].
+
+Coefficients are rationals, so nothing is ever rounded; a number that is only known to lie in a range is its middle
+plus its radius times a symbol of its own. A bound is the constant term minus or plus the sizes of all others.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from fractions import Fraction
+from functools import reduce
+from operator import add
+
+from flint import Ordering, fmpq, fmpq_mpoly, fmpq_mpoly_ctx
+
+Vector = list[fmpq_mpoly]
+ZERO = fmpq(0)
+
+TURN, PLACE, TENSION, DATA = 0, 3, 6, 12
+"""First symbols of: u (3), the position (3), the tensions (6), uncertain data."""
+SYMBOLS = 20
+RING = fmpq_mpoly_ctx.get([f"e{k}" for k in range(SYMBOLS)], Ordering.deglex)
+SYMBOL = RING.gens()
+
+
+def rational(x: Fraction | float | int) -> fmpq:
+    """Return an exact number."""
+    return fmpq(*x.as_integer_ratio())
+
+
+def constant(x: fmpq | int) -> fmpq_mpoly:
+    """Return a number as a polynomial."""
+    return RING.constant(x)
+
+
+def between(lo: fmpq, hi: fmpq, symbol: int) -> fmpq_mpoly:
+    """Return the number in [lo, hi] that a symbol stands for."""
+    return constant((lo + hi) / 2) + SYMBOL[symbol] * ((hi - lo) / 2)
+
+
+def total(terms: Sequence[fmpq_mpoly]) -> fmpq_mpoly:
+    """Return a sum."""
+    return reduce(add, terms)
+
+
+def dot(a: Sequence[fmpq_mpoly], b: Sequence[fmpq_mpoly]) -> fmpq_mpoly:
+    """Return the scalar product."""
+    return total([x * y for x, y in zip(a, b, strict=True)])
+
+
+def cross(a: Sequence[fmpq_mpoly], b: Sequence[fmpq_mpoly]) -> Vector:
+    """Return the vector product."""
+    return [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+
+
+def centre(p: fmpq_mpoly) -> fmpq:
+    """Return the value where all symbols are 0."""
+    return p[(0,) * SYMBOLS]
+
+
+def size(p: fmpq_mpoly) -> fmpq:
+    """Return a bound of |p|."""
+    return sum((abs(c) for c in p.coeffs()), ZERO)
+
+
+def lowest(p: fmpq_mpoly) -> fmpq:
+    """Return a lower bound of p."""
+    c = centre(p)
+    return c + abs(c) - size(p)
+
+
+def highest(p: fmpq_mpoly) -> fmpq:
+    """Return an upper bound of p."""
+    return -lowest(-p)
+
+
+def slopes(p: fmpq_mpoly, symbols: Sequence[int]) -> list[fmpq]:
+    """Return the coefficients of the linear terms in some symbols."""
+    return [p[tuple(int(i == k) for i in range(SYMBOLS))] for k in symbols]
