@@ -89,7 +89,7 @@ class Tracker:
     radius : float, optional
         m: of the largest region tried around the last pose; by default an eighth of ``size``.
     least_radius : float, optional
-        m: a smaller region counts as lost; by default a 32768th of ``size``, or ``radius`` where that is less.
+        m: a smaller region counts as lost; by default a 32768th of ``size``, at most ``radius``.
 
     Raises
     ------
@@ -130,7 +130,8 @@ class Tracker:
         points = np.array([[float(x) for x in b] for b in Problem(robot, ()).anchors_from_centre])
         self._size = platform_size(points)
         self._radius = LARGEST_REGION * self._size if radius is None else float(radius)
-        least = min(SMALLEST_REGION * self._size, self._radius) if least_radius is None else float(least_radius)
+        smallest = min(SMALLEST_REGION * self._size, self._radius)
+        least = smallest if least_radius is None else float(least_radius)
         if not 0.0 < self._radius <= 0.5 * self._size:
             raise InputError(f"radius: must be positive and at most {0.5 * self._size:g} m, got {radius}")
         if not 0.0 < least <= self._radius:
