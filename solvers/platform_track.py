@@ -29,7 +29,7 @@ from solvers import platform_newton as newton
 TRACKED, NO_ROOT, MOVED, TIGHT, LOOSE, SINGULAR, SEVERAL, BROAD = range(8)
 """What ``track`` says: proved; Newton found no pose; it lies outside the region; a slack cable may be tight;
 a taut one may be loose; the tensions are not bounded; there may be more than one root; the roots for all
-lengths may not fit in."""
+lengths may not fit in, or the region is nearly too large for ``SEVERAL``'s proof."""
 CHORD_STEPS = 8
 """Most steps with the derivative at the reference, each a third of a Newton step's cost."""
 NEWTON_STEPS = 12

@@ -309,7 +309,7 @@ class Tracker:
         if status == SINGULAR:
             return f"the tensions are not bounded {within}: the pose is singular, or one of a family"
         if status == BROAD:
-            return f"the poses for all lengths in the ranges may not lie {within}"
+            return f"the poses for all these lengths may not lie {within}"
         return f"more than one pose may lie {within}"
 
     def _begin(self, lengths: Any, load: Load) -> str:
