@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import random
 from collections.abc import Sequence
 from fractions import Fraction
@@ -16,8 +17,9 @@ from cdpr_interval.kernels.enclosure import enclose
 from solvers import forward_kinematics
 from solvers import platform_newton as newton
 from solvers import platform_track as pt
-from solvers.orientation import rotation_from_vector
+from solvers.platform_prepared import prepared
 from solvers.platform_roots import GENERAL, GEOMETRY, system_of
+from solvers.problem import Problem
 from solvers.tracker import Tracker, chart_of, charts_of, quaternion_of
 from tests.planted.platform import Planted as PlantedRobot
 from tests.planted.platform import plant as plant_robot
@@ -31,6 +33,7 @@ from tests.planted_platform import (
     minus,
     plant,
     quaternion_product,
+    root_range,
     unit_quaternion,
 )
 from tests.tracked_region import check_alone, depth, is_finite, moved, start_at, widest
@@ -52,9 +55,7 @@ def lower_tangent(x: Fraction) -> Fraction:
 
 def exact_root(x: Fraction) -> Fraction:
     """Return a fraction just above the square root of x."""
-    from math import isqrt
-
-    return Fraction(isqrt((x * 4**80).__floor__()) + 1, 2**80)
+    return Fraction(math.isqrt((x * 4**80).__floor__()) + 1, 2**80)
 
 
 def random_reference(rng: random.Random) -> tuple[Any, float, float]:
@@ -183,8 +184,6 @@ def cables_of(robot: Planted) -> Any:
 
 def lengths_of(robot: Planted, longer: float = 0.1, width: float = 0.0) -> Any:
     """Return the exact lengths of the taut cables in bounds, the others longer."""
-    from tests.planted_platform import root_range
-
     rows = []
     for i, square in enumerate(robot.lengths_sq):
         r = root_range(square)
@@ -503,9 +502,6 @@ def test_quaternions_and_charts_are_inverse_and_exact(chart: int) -> None:
 
 
 def test_charts_turn_the_platform_points() -> None:
-    from solvers.platform_prepared import prepared
-    from solvers.problem import Problem
-
     robot = load_robot("cogiro")
     charts = charts_of(prepared(Problem(robot, ())).cables)
     centre = robot.platform.centre_of_mass
@@ -793,33 +789,20 @@ def test_the_lengths_of_another_pose_are_a_jump() -> None:
     assert tracker.update(UC["uc4"]).tracked
 
 
-def test_a_platform_that_turns_a_lot_stays_tracked() -> None:
-    """The lengths follow a robot that turns about the vertical, through several charts."""
+@pytest.mark.parametrize(("cable", "number"), [(1, 6), (2, 11)])
+def test_a_pose_is_followed_into_another_chart(cable: int, number: int) -> None:
     robot = load_robot("uc3")
-    lengths = UC["uc3"]
-    result = forward_kinematics(robot, lengths)
-    stable = next(s for s in result.solutions if s.stability == "stable")
-    exits = np.array([[float(x) for x in c.frame_anchor] for c in robot.cables])
-    charts, poses = set(), []
-    from dataclasses import replace
-
-    # The base turns instead of the platform's cables: one robot for each angle, the pose turns with it.
-    for degrees in range(0, 360, 15):
-        about = rotation_from_vector([0.0, 0.0, np.deg2rad(degrees)])
-        cables = tuple(
-            replace(c, frame_anchor=tuple(Fraction(float(x)) for x in about @ a))
-            for c, a in zip(robot.cables, exits, strict=True)
-        )
-        turned = replace(robot, cables=cables)
-        rotation = about @ stable.rotation.mean(axis=-1)
-        position = about @ stable.position.mean(axis=-1)
-        start = start_at(turned, stable.taut, rotation, position, list(stable.tensions.mean(axis=-1)))
-        tracker = Tracker(turned, start)
-        for more in (0.0, 1e-3, 2e-3):
-            pose = tracker.update([x + more for x in lengths])
-            assert pose.tracked
-        charts.add(chart_of(pose.quaternion)[0])
-        back = about.T @ pose.position.mean(axis=-1)
-        poses.append(back)
-    assert len(charts) >= 2
-    assert np.ptp(np.array(poses), axis=0).max() < 1e-9
+    lengths = list(UC["uc3"])
+    tracker = Tracker(robot, forward_kinematics(robot, lengths).solutions[number])
+    charts: list[int] = []
+    for k in range(900):
+        lengths[cable] += 0.001
+        pose = tracker.update(lengths)
+        assert pose.tracked and pose.region is not None
+        chart = pose.region.quaternion.index(1.0)
+        if chart not in charts:
+            charts.append(chart)
+            check_alone(robot, pose, forward_kinematics(robot, lengths))
+        assert max(map(abs, pose.region.quaternion)) <= 1.2 or k == 0
+    check_alone(robot, pose, forward_kinematics(robot, lengths))
+    assert len(charts) == 2
