@@ -737,7 +737,7 @@ def test_a_pose_is_lost_at_its_fold() -> None:
 
 
 def switch_of_c4() -> tuple[Any, Any, float]:
-    """Return the robot, its stable pose with c4 slack, and the length of c4 below which that cable is taut."""
+    """Return the robot, its stable pose with c4 slack, and the length of c4 below which it is taut."""
     robot = load_robot("uc4")
     result = forward_kinematics(robot, [*UC["uc4"][:3], 9.3])
     (three,) = (s for s in result.solutions if s.stability == "stable")

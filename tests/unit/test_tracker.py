@@ -14,13 +14,13 @@ import pytest
 from cdpr_interval import load_robot
 from cdpr_interval.errors import InputError, NotSupportedError
 from cdpr_interval.robots.model import Robot
-from solvers import forward_kinematics
+from solvers import forward_kinematics, inverse_kinematics
 from solvers.orientation import rotation_from_quaternion
 from solvers.result import CableState, Family, Outcome, Result, Solution, Stability
 from solvers.tracked_pose import TrackedPose, TrackStatus
 from solvers.tracker import Tracker
 from tests import hanging_mass
-from tests.tracked_region import check_alone, is_finite, moved
+from tests.tracked_region import check_alone, depth, is_finite, moved, start_at
 
 UC4 = [7.5, 8.0, 7.0, 9.0]
 NEAR = [7.501, 8.0, 7.0, 9.0]
@@ -78,9 +78,7 @@ def test_the_region_is_around_the_reference() -> None:
 
 
 def test_a_pose_in_a_corner_of_the_bounds_is_not_in_the_region() -> None:
-    """The bounds of u and p around a region also hold poses outside: a tracked one is in the region itself."""
-    from tests.tracked_region import depth
-
+    """The bounds of u and p around a region also hold poses outside: a tracked one is in the region."""
     robot, result = uc4()
     depths = []
     for turn, shift in (([0.0] * 3, [1.0] * 3), ([1.0] * 3, [0.0] * 3), ([1.0, -1, 1], [1.0, 1, -1])):
@@ -347,14 +345,10 @@ def test_an_external_force_moves_the_pose() -> None:
 def test_the_tensions_of_six_cables_feel_the_force() -> None:
     """With six taut cables the force changes nothing but the tensions."""
     cogiro = load_robot("cogiro")
-    from solvers import inverse_kinematics
-
     taut = (0, 1, 2, 4, 5, 7)
     pose = inverse_kinematics(
         cogiro, (2.1, 2.3, 0.9), quaternion=(1, 0.2, 0.3, -0.1), taut=taut, settle=True, slack_margin=0.05
     )
-    from tests.tracked_region import start_at
-
     rotation = np.asarray(pose.rotation, dtype=np.float64)
     own = Tracker(cogiro, start_at(cogiro, taut, rotation, np.array(pose.position), list(pose.tensions)))
     lengths = [float(x) for x in pose.lengths]
