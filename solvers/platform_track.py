@@ -6,10 +6,10 @@ reference's and whose rotation differs by at most ``radius / size`` rad. Over al
 1. every cable outside the taut subset is shorter than its length, so it carries nothing;
 2. the tensions that balance the load on the others are enclosed, and positive: in X a static pose has
    exactly this taut subset, and solves its square system;
-3. |I - C J| stretches some positive vector by less than 1: the system has at most one zero in X and T,
-   the tensions of 2; and
-4. the Krawczyk operator with that same enclosure maps a small box into itself: there is one, for every
-   choice of the lengths; the box lies in the region itself, not only in the bounds X of its u and p.
+3. the Krawczyk operator, with an enclosure E of I - C J over X and T, the tensions of 2, maps a small box
+   strictly into itself: the system has a zero there, for every choice of the lengths. With r > 0 the
+   box's half widths |E| r < r, so every matrix in C J is regular and there is no other zero in X and T; and
+4. the box lies in the region itself, not only in the bounds X of its u and p.
 
 A region too large for one of these is halved. ``z`` = (u, p, t) as in ``platform_newton``.
 """
@@ -155,7 +155,8 @@ def box_around(f: Any, E: Any, free: Any, C: Any, z: Any, X: Any, box: Any) -> b
 
     ``f`` (m, 2) are the residuals at z for every choice of data, ``E`` encloses I - C J over all of X.
 
-    Guarantee: with True the box lies in X, and for every choice of data it holds exactly one zero.
+    Guarantee: with True the box lies in X, and for every choice of data it holds exactly one zero, the only
+    one in X.
     """
     m = free.shape[0]
     offset, radius, image = np.empty(m), np.empty(m), np.empty(m)
@@ -323,13 +324,10 @@ def track(
         if status == SINGULAR or cable >= 0:
             continue
         newton.krawczyk_matrix(data, rows, free, C, X, E)
-        if not newton.stretch(E, free, X) < 1.0:
-            status = SEVERAL
-        elif box_around(f, E, free, C, root, X, box) and holds(z, box, radius * 0.5**k, size):
+        if box_around(f, E, free, C, root, X, box) and holds(z, box, radius * 0.5**k, size):
             status = TRACKED
             break
-        else:
-            status = BROAD
+        status = BROAD if newton.stretch(E, free, X) < 1.0 else SEVERAL
     for i in range(n):
         if status == TRACKED and lengths[taut[i], 0] < lengths[taut[i], 1]:
             # Where they are ranges the derivative over the box itself gives narrower bounds.
