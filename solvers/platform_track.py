@@ -6,10 +6,10 @@ reference's and whose rotation differs by at most ``radius / size`` rad. Over al
 1. every cable outside the taut subset is shorter than its length, so it carries nothing;
 2. the tensions that balance the load on the others are enclosed, and positive: in X a static pose has
    exactly this taut subset, and solves its square system;
-3. |I - C J| stretches some positive vector by less than 1: the system has at most one zero in X and T,
-   the tensions of 2; and
-4. the Krawczyk operator with that same enclosure maps a small box into itself: there is one, for every
-   choice of the lengths.
+3. the Krawczyk operator, with an enclosure E of I - C J over X and T, the tensions of 2, maps a small box
+   strictly into itself: the system has a zero there, for every choice of the lengths. With r > 0 the
+   box's half widths |E| r < r, so every matrix in C J is regular and there is no other zero in X and T; and
+4. the box lies in the region itself, not only in the bounds X of its u and p.
 
 A region too large for one of these is halved. ``z`` = (u, p, t) as in ``platform_newton``.
 """
@@ -155,7 +155,8 @@ def box_around(f: Any, E: Any, free: Any, C: Any, z: Any, X: Any, box: Any) -> b
 
     ``f`` (m, 2) are the residuals at z for every choice of data, ``E`` encloses I - C J over all of X.
 
-    Guarantee: with True the box lies in X, and for every choice of data it holds exactly one zero.
+    Guarantee: with True the box lies in X, and for every choice of data it holds exactly one zero, the only
+    one in X.
     """
     m = free.shape[0]
     offset, radius, image = np.empty(m), np.empty(m), np.empty(m)
@@ -201,13 +202,32 @@ def contract(data: Any, rows: Any, free: Any, C: Any, box: Any) -> None:
         box[k, 1] = min(box[k, 1], image[k, 1])
 
 
-@njit("b1(f8[::1], f8[:, ::1])", cache=True, nogil=True)
-def holds(z: Any, X: Any) -> bool:
-    """Return True when the pose of z lies inside the region; also False for NaN."""
-    inside = True
-    for k in range(6):
-        inside = inside and X[k, 0] < z[k] < X[k, 1]
-    return inside
+@njit("b1(f8[::1], f8[:, ::1], f8, f8)", cache=True, nogil=True)
+def holds(z: Any, box: Any, radius: float, size: float) -> bool:
+    """Return True when every pose of a box (>= 6, 2) lies in the region around z; also False for NaN.
+
+    With d = u' - u the Rodrigues vector of the turn from R(u) to R(u') is (d - d x u) / (1 + u . u').
+    """
+    d = np.empty((3, 2))
+    clo, chi = 1.0, 1.0
+    plo, phi, vlo, vhi = 0.0, 0.0, 0.0, 0.0
+    for k in range(3):
+        d[k, 0], d[k, 1] = interval.sub(box[k, 0], box[k, 1], z[k], z[k])
+        lo, hi = interval.scale(z[k], box[k, 0], box[k, 1])
+        clo, chi = interval.add(clo, chi, lo, hi)
+        lo, hi = interval.sub(box[3 + k, 0], box[3 + k, 1], z[3 + k], z[3 + k])
+        lo, hi = interval.sqr(lo, hi)
+        plo, phi = interval.add(plo, phi, lo, hi)
+    for k in range(3):
+        a, b = (k + 1) % 3, (k + 2) % 3
+        lo, hi = interval.scale(z[b], d[a, 0], d[a, 1])
+        lo, hi = interval.sub(d[k, 0], d[k, 1], lo, hi)
+        lo2, hi2 = interval.scale(z[a], d[b, 0], d[b, 1])
+        lo, hi = interval.add(lo, hi, lo2, hi2)
+        lo, hi = interval.sqr(lo, hi)
+        vlo, vhi = interval.add(vlo, vhi, lo, hi)
+    most = down(math.tan(0.5 * radius / size) / OUTWARD * clo)
+    return clo > 0.0 and phi <= down(radius * radius) and vhi <= down(most * most)
 
 
 @njit(
@@ -282,14 +302,14 @@ def track(
         X[k, 0], X[k, 1] = root[k], root[k]
     newton.residual_at(data, rows, box, f)
     # A step may leave the region that was right for the one before.
-    while first > 0 and not (region(z, radius * 0.5**first, size, X) and holds(root, X)):
+    while first > 0 and not holds(z, box, radius * 0.5**first, size):
         first -= 1
-    status, cable, k = SINGULAR, -1, first
+    status, cable, k = MOVED, -1, first
     for k in range(first, last + 1):
         if not region(z, radius * 0.5**k, size, X):
             continue
-        if not holds(root, X):
-            return (MOVED if k == first else status), k, cable
+        if not holds(z, box, radius * 0.5**k, size):
+            return status, k, cable
         newton.rotation_interval(X, R, slopes)
         cable = tight_cable(far, R, X)
         if cable >= 0:
@@ -304,13 +324,10 @@ def track(
         if status == SINGULAR or cable >= 0:
             continue
         newton.krawczyk_matrix(data, rows, free, C, X, E)
-        if not newton.stretch(E, free, X) < 1.0:
-            status = SEVERAL
-        elif box_around(f, E, free, C, root, X, box):
+        if box_around(f, E, free, C, root, X, box) and holds(z, box, radius * 0.5**k, size):
             status = TRACKED
             break
-        else:
-            status = BROAD
+        status = BROAD if newton.stretch(E, free, X) < 1.0 else SEVERAL
     for i in range(n):
         if status == TRACKED and lengths[taut[i], 0] < lengths[taut[i], 1]:
             # Where they are ranges the derivative over the box itself gives narrower bounds.

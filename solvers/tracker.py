@@ -89,7 +89,7 @@ class Tracker:
     radius : float, optional
         m: of the largest region tried around the last pose; by default an eighth of ``size``.
     least_radius : float, optional
-        m: a smaller region counts as lost; by default a 32768th of ``size``.
+        m: a smaller region counts as lost; by default a 32768th of ``size``, at most ``radius``.
 
     Raises
     ------
@@ -130,7 +130,8 @@ class Tracker:
         points = np.array([[float(x) for x in b] for b in Problem(robot, ()).anchors_from_centre])
         self._size = platform_size(points)
         self._radius = LARGEST_REGION * self._size if radius is None else float(radius)
-        least = SMALLEST_REGION * self._size if least_radius is None else float(least_radius)
+        smallest = min(SMALLEST_REGION * self._size, self._radius)
+        least = smallest if least_radius is None else float(least_radius)
         if not 0.0 < self._radius <= 0.5 * self._size:
             raise InputError(f"radius: must be positive and at most {0.5 * self._size:g} m, got {radius}")
         if not 0.0 < least <= self._radius:
@@ -308,7 +309,7 @@ class Tracker:
         if status == SINGULAR:
             return f"the tensions are not bounded {within}: the pose is singular, or one of a family"
         if status == BROAD:
-            return f"the poses for all lengths in the ranges may not lie {within}"
+            return f"the poses for all these lengths may not lie {within}"
         return f"more than one pose may lie {within}"
 
     def _begin(self, lengths: Any, load: Load) -> str:
