@@ -129,13 +129,9 @@ class Tracker:
         self._robot = robot
         points = np.array([[float(x) for x in b] for b in Problem(robot, ()).anchors_from_centre])
         self._size = platform_size(points)
-        self._radius = LARGEST_REGION * self._size if radius is None else float(radius)
+        self._radius = metres("radius", radius, LARGEST_REGION * self._size, 0.5 * self._size)
         smallest = min(SMALLEST_REGION * self._size, self._radius)
-        least = smallest if least_radius is None else float(least_radius)
-        if not 0.0 < self._radius <= 0.5 * self._size:
-            raise InputError(f"radius: must be positive and at most {0.5 * self._size:g} m, got {radius}")
-        if not 0.0 < least <= self._radius:
-            raise InputError(f"least_radius: must be positive and at most {self._radius:g} m, got {least}")
+        least = metres("least_radius", least_radius, smallest, self._radius)
         self._last = int(math.log2(self._radius / least) + 1e-9)
         self._frame = Frame.plain().bounds
         self._count = len(robot.cables)
@@ -357,6 +353,15 @@ class Tracker:
 
 
 ZERO_FORCE = (0.0, 0.0, 0.0)
+
+
+def metres(name: str, given: float | None, default: float, most: float) -> float:
+    """Return a radius in (0, most] m, or the default where None is given."""
+    if given is None:
+        return default
+    if isinstance(given, int | float | np.number) and 0.0 < given <= most:
+        return float(given)
+    raise InputError(f"{name}: must be positive and at most {most:g} m, got {given!r}")
 
 
 def is_single(solution: Solution) -> bool:
