@@ -21,9 +21,7 @@ from cdpr_interval.kernels.enclosure import enclose
 from cdpr_interval.robots.model import Robot
 from solvers.force import NO_LOAD, ZERO, read_force
 from solvers.forward import forward_kinematics, refuse_unsupported
-from solvers.input_errors import InputErrors
-from solvers.lengths import read_lengths
-from solvers.light_input import force_key, quick_bounds
+from solvers.light_input import checked, force_key, quick_bounds
 from solvers.orientation import Quaternion
 from solvers.platform_fields import Cables, Fields, fill_fields
 from solvers.platform_frame import Frame
@@ -31,7 +29,6 @@ from solvers.platform_model import HALF_TURNS, platform_size
 from solvers.platform_prepared import prepared
 from solvers.platform_roots import GENERAL, GEOMETRY, system_of
 from solvers.platform_track import BROAD, LOOSE, MOVED, NO_ROOT, SINGULAR, TIGHT, TRACKED, track
-from solvers.point_mass_model import length_bounds
 from solvers.problem import Problem
 from solvers.result import Bounds, CableState, Outcome, Solution, Stability
 from solvers.tracked_pose import Region, TrackedPose, TrackStatus
@@ -219,10 +216,13 @@ class Tracker:
         slack or taut, and near a singular pose.
         """
         bounds = quick_bounds(lengths, self._count)
-        load = self._loaded
+        known = self._loaded
         force = ZERO_FORCE if external_force is None else force_key(external_force)
-        if bounds is None or load is None or force is None or force != load.key:
-            bounds, load = self._checked(lengths, bounds, external_force)
+        if bounds is None or known is None or force is None or force != known.key:
+            names = self._robot.cable_names
+            bounds, load = checked(lengths, bounds, names, self._under, external_force)
+        else:
+            load = known
         if self._place is None:
             reason = self._begin(lengths, load)
             if reason:
@@ -326,17 +326,6 @@ class Tracker:
             )
         self.reset(stable[0])
         return ""
-
-    def _checked(self, lengths: Any, bounds: Bounds | None, external_force: Any) -> tuple[Bounds, Load]:
-        """Return bounds and load, or raise with every error of the input."""
-        errors = InputErrors()
-        if bounds is None:
-            ranges = errors.read(read_lengths, lengths, self._robot.cable_names) or ()
-            bounds = length_bounds(ranges)
-        load = errors.read(self._under, external_force)
-        errors.require_none()
-        assert load is not None
-        return bounds, load
 
     def _under(self, external_force: Any) -> Load:
         """Return what follows from a force; that of the last one is kept."""
