@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Callable, Sequence
+from typing import Any, TypeVar
 
 import numpy as np
 
 from solvers.exact_number import LARGEST, SMALLEST
+from solvers.input_errors import InputErrors
+from solvers.lengths import read_lengths
+from solvers.point_mass_model import length_bounds
 from solvers.result import Bounds
+
+T = TypeVar("T")
 
 
 def quick_bounds(lengths: Any, count: int) -> Bounds | None:
@@ -42,3 +48,22 @@ def force_key(force: Any) -> tuple[float, ...] | None:
         return None
     values = tuple(force)
     return values if all(isinstance(value, float) for value in values) else None
+
+
+def checked(
+    lengths: Any, bounds: Bounds | None, names: Sequence[str], under: Callable[[Any], T], external_force: Any
+) -> tuple[Bounds, T]:
+    """Return bounds of the lengths (read where they are not known) and what ``under`` makes of the force.
+
+    Raises
+    ------
+    InputError
+        With every error of both.
+    """
+    errors = InputErrors()
+    if bounds is None:
+        bounds = length_bounds(errors.read(read_lengths, lengths, names) or ())
+    found = errors.read(under, external_force)
+    errors.require_none()
+    assert found is not None
+    return bounds, found

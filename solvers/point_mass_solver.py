@@ -17,14 +17,12 @@ from cdpr_interval.errors import InputError
 from cdpr_interval.robots.model import Robot
 from solvers.force import NO_LOAD, ZERO, read_force
 from solvers.forward import refuse_unsupported
-from solvers.input_errors import InputErrors
-from solvers.lengths import read_lengths
-from solvers.light_input import force_key, quick_bounds
+from solvers.light_input import checked, force_key, quick_bounds
 from solvers.point_mass_convex import NoPose, after_quick, quick_pose, settle
 from solvers.point_mass_entry import Fields
 from solvers.point_mass_fields import OPEN
 from solvers.point_mass_kernels import DECIDED
-from solvers.point_mass_model import RobotArrays, build_arrays, length_bounds, with_load
+from solvers.point_mass_model import RobotArrays, build_arrays, with_load
 from solvers.point_mass_pose import PointMassPose, PoseStatus
 from solvers.problem import Problem
 from solvers.result import Bounds
@@ -131,26 +129,14 @@ class PointMass:
         """
         bounds = quick_bounds(lengths, len(self._robot.cables))
         if bounds is None or external_force is not None or self._arrays is None:
-            arrays, bounds = self._checked(lengths, bounds, external_force)
+            names = self._robot.cable_names
+            bounds, arrays = checked(lengths, bounds, names, self._under, external_force)
         else:
             arrays = self._arrays
         status, found, states = quick_pose(arrays, bounds)
         if status == DECIDED:
             return PointMassPose(PoseStatus.PROVED, found, states)
         return _settled(arrays, bounds)
-
-    def _checked(
-        self, lengths: Any, bounds: Bounds | None, external_force: Any
-    ) -> tuple[RobotArrays, Bounds]:
-        """Return the arrays under the force, and the bounds, or raise with every error of the input."""
-        errors = InputErrors()
-        if bounds is None:
-            ranges = errors.read(read_lengths, lengths, self._robot.cable_names) or ()
-            bounds = length_bounds(ranges)
-        arrays = errors.read(self._under, external_force)
-        errors.require_none()
-        assert arrays is not None
-        return arrays, bounds
 
     def _under(self, external_force: Any) -> RobotArrays:
         """Return the arrays under the weight and a force; the last ones are kept."""

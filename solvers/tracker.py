@@ -21,9 +21,7 @@ from cdpr_interval.kernels.enclosure import enclose
 from cdpr_interval.robots.model import Robot
 from solvers.force import NO_LOAD, ZERO, read_force
 from solvers.forward import forward_kinematics, refuse_unsupported
-from solvers.input_errors import InputErrors
-from solvers.lengths import read_lengths
-from solvers.light_input import force_key, quick_bounds
+from solvers.light_input import checked, force_key, quick_bounds
 from solvers.orientation import Quaternion
 from solvers.platform_fields import Cables, Fields, fill_fields
 from solvers.platform_frame import Frame
@@ -31,7 +29,6 @@ from solvers.platform_model import HALF_TURNS, platform_size
 from solvers.platform_prepared import prepared
 from solvers.platform_roots import GENERAL, GEOMETRY, system_of
 from solvers.platform_track import BROAD, LOOSE, MOVED, NO_ROOT, SINGULAR, TIGHT, TRACKED, track
-from solvers.point_mass_model import length_bounds
 from solvers.problem import Problem
 from solvers.result import Bounds, CableState, Outcome, Solution, Stability
 from solvers.tracked_pose import Region, TrackedPose, TrackStatus
@@ -129,13 +126,9 @@ class Tracker:
         self._robot = robot
         points = np.array([[float(x) for x in b] for b in Problem(robot, ()).anchors_from_centre])
         self._size = platform_size(points)
-        self._radius = LARGEST_REGION * self._size if radius is None else float(radius)
+        self._radius = metres("radius", radius, LARGEST_REGION * self._size, 0.5 * self._size)
         smallest = min(SMALLEST_REGION * self._size, self._radius)
-        least = smallest if least_radius is None else float(least_radius)
-        if not 0.0 < self._radius <= 0.5 * self._size:
-            raise InputError(f"radius: must be positive and at most {0.5 * self._size:g} m, got {radius}")
-        if not 0.0 < least <= self._radius:
-            raise InputError(f"least_radius: must be positive and at most {self._radius:g} m, got {least}")
+        least = metres("least_radius", least_radius, smallest, self._radius)
         self._last = int(math.log2(self._radius / least) + 1e-9)
         self._frame = Frame.plain().bounds
         self._count = len(robot.cables)
@@ -223,10 +216,13 @@ class Tracker:
         slack or taut, and near a singular pose.
         """
         bounds = quick_bounds(lengths, self._count)
-        load = self._loaded
+        known = self._loaded
         force = ZERO_FORCE if external_force is None else force_key(external_force)
-        if bounds is None or load is None or force is None or force != load.key:
-            bounds, load = self._checked(lengths, bounds, external_force)
+        if bounds is None or known is None or force is None or force != known.key:
+            names = self._robot.cable_names
+            bounds, load = checked(lengths, bounds, names, self._under, external_force)
+        else:
+            load = known
         if self._place is None:
             reason = self._begin(lengths, load)
             if reason:
@@ -331,17 +327,6 @@ class Tracker:
         self.reset(stable[0])
         return ""
 
-    def _checked(self, lengths: Any, bounds: Bounds | None, external_force: Any) -> tuple[Bounds, Load]:
-        """Return bounds and load, or raise with every error of the input."""
-        errors = InputErrors()
-        if bounds is None:
-            ranges = errors.read(read_lengths, lengths, self._robot.cable_names) or ()
-            bounds = length_bounds(ranges)
-        load = errors.read(self._under, external_force)
-        errors.require_none()
-        assert load is not None
-        return bounds, load
-
     def _under(self, external_force: Any) -> Load:
         """Return what follows from a force; that of the last one is kept."""
         force = ZERO if external_force is None else read_force(external_force)
@@ -357,6 +342,15 @@ class Tracker:
 
 
 ZERO_FORCE = (0.0, 0.0, 0.0)
+
+
+def metres(name: str, given: float | None, default: float, most: float) -> float:
+    """Return a radius in (0, most] m, or the default where None is given."""
+    if given is None:
+        return default
+    if isinstance(given, int | float | np.number) and 0.0 < given <= most:
+        return float(given)
+    raise InputError(f"{name}: must be positive and at most {most:g} m, got {given!r}")
 
 
 def is_single(solution: Solution) -> bool:

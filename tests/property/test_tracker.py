@@ -806,3 +806,13 @@ def test_a_pose_is_followed_into_another_chart(cable: int, number: int) -> None:
         assert max(map(abs, pose.region.quaternion)) <= 1.2 or k == 0
     check_alone(robot, pose, forward_kinematics(robot, lengths))
     assert len(charts) == 2
+
+
+def test_where_a_second_pose_may_be_near_that_is_the_reason() -> None:
+    robot = load_robot("uc2")
+    s = forward_kinematics(robot, UC["uc2"]).solutions[2]
+    tracker = Tracker(robot, s)
+    second = 8.0
+    while (pose := tracker.update([7.5, second])).tracked:
+        second -= 0.002
+    assert second > 7.3 and "more than one pose may lie within" in pose.reason

@@ -213,7 +213,7 @@ def test_robots_that_are_refused() -> None:
         Tracker(elastic)
 
 
-@pytest.mark.parametrize("radius", [0.0, -1.0, 1.01, float("nan"), float("inf")])
+@pytest.mark.parametrize("radius", [0.0, -1.0, 1.01, float("nan"), float("inf"), "x"])
 def test_a_radius_that_is_refused(radius: float) -> None:
     assert refused(uc4()[0], radius=radius).startswith("radius: must be positive and at most 1 m, got ")
     if radius != 1.01:
