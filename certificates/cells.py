@@ -24,6 +24,7 @@ from certificates.polynomials import (
     constant,
     cross,
     dot,
+    highest,
     lowest,
     rational,
     size,
@@ -32,6 +33,7 @@ from certificates.polynomials import (
 )
 
 U = range(TURN, TURN + 3)
+POSE = range(6)
 X = range(PLACE, PLACE + 3)
 TRIES = 8
 """Most boxes tried around the position on a branch."""
@@ -137,29 +139,41 @@ def no_position(turned: Turned) -> bool:
 
 
 class Place:
-    """A cell with a position: the equations' slopes, by which positions are taken out of other forms."""
+    """A cell with a position: the equations' slopes, by which they are added to other forms."""
 
     def __init__(self, turned: Turned, x: Vector) -> None:
         self.turned, self.x = turned, x
         self.equations = turned.lengths(x)
-        self.slopes = [[number(v) for v in slopes(f, X)] for f in self.equations]
-
-    def multipliers(self, slope: Sequence[float]) -> list[float]:
-        """Return multipliers of the equations that cancel the slopes in x, as far as they can."""
-        rows = [[line[k] for line in self.slopes] for k in range(3)]
-        if not any(any(row) for row in rows):
-            return [0.0] * len(self.equations)
-        found = guess.least_norm([r for r in rows if any(r)], [[-v for v, r in zip(slope, rows, strict=True) if any(r)]])
-        return found[0] if found else [0.0] * len(self.equations)
+        self.slopes = [[number(v) for v in slopes(f, POSE)] for f in self.equations]
 
     def freed(self, form: fmpq_mpoly) -> fmpq_mpoly:
-        """Return a form of the same value at solutions whose slopes in x cancel."""
-        weights = self.multipliers([number(v) for v in slopes(form, X)])
-        return form + combine([rational(w) for w in weights], self.equations)
+        """Return a form of the same value at solutions whose slopes are as small as equations can make them."""
+        return form + self.combination([-number(v) for v in slopes(form, POSE)])
+
+    def combination(self, wanted: Sequence[float]) -> fmpq_mpoly:
+        """Return a combination of the equations with slopes near those wanted (least squares)."""
+        rights = [[guess.inner(row, wanted)] for row in self.slopes]
+        gram = guess.gram(self.slopes)
+        found = guess.solve(gram, rights)
+        return combine([rational(w[0]) for w in found], self.equations) if found else constant(0)
 
     def positive(self, form: fmpq_mpoly) -> bool:
         """Return True when a form is positive at every solution in the cell."""
         return lowest(form) > 0 or lowest(self.freed(form)) > 0
+
+    def no_length(self) -> bool:
+        """Return True when the taut cables cannot all have their lengths in the cell."""
+        for f in self.equations:
+            if not lowest(f) <= 0 <= highest(f):
+                return True
+        for k in POSE:
+            wanted = [float(i == k) for i in POSE]
+            form = self.combination(wanted)
+            # form = c + a e_k + others vanishes at solutions, so e_k lies in -(c +- others) / a.
+            c, a = centre(form), slopes(form, [k])[0]
+            if abs(c) > size(form) - abs(c):
+                return True
+        return False
 
     def forms(self, wrenches: Sequence[Vector], y: Vector) -> list[fmpq_mpoly]:
         """Return y . w for all wrenches, positions taken out."""

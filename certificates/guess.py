@@ -36,10 +36,17 @@ def inner(a: Sequence[float], b: Sequence[float]) -> float:
     return sum(x * y for x, y in zip(a, b, strict=True))
 
 
+def gram(rows: Sequence[Row]) -> list[Row]:
+    """Return the scalar products of rows, slightly raised on the diagonal."""
+    return [
+        [inner(a, b) + (RIDGE * inner(a, a) if i == j else 0.0) for j, b in enumerate(rows)]
+        for i, a in enumerate(rows)
+    ]
+
+
 def least_norm(rows: Sequence[Row], rights: Sequence[Sequence[float]]) -> list[Row] | None:
     """Return for each list of right sides the shortest y with row . y = right for all rows."""
-    gram = [[inner(a, b) + (RIDGE * inner(a, a) if i == j else 0.0) for j, b in enumerate(rows)] for i, a in enumerate(rows)]
-    weights = solve(gram, [list(column) for column in zip(*rights, strict=True)])
+    weights = solve(gram(rows), [list(column) for column in zip(*rights, strict=True)])
     if weights is None:
         return None
     columns = list(zip(*rows, strict=True))
