@@ -48,7 +48,7 @@ CLAIM = 3.0
 ROUNDING = 1e-15
 """Relative width of a length's bounds up to which it is one number, not a range."""
 FEW_LEAVES = 64
-"""So many leaves are looked at once more where the roots are found: cheaper than another round of the search."""
+"""So many leaves are looked at once more where the roots are found: cheaper than one more round of search."""
 MOST_STARTS = 32
 """Newton starts in one call of ``find_roots``: some milliseconds, after which budgets are looked at."""
 
