@@ -47,6 +47,8 @@ CLAIM = 3.0
 """A Newton start speaks for the other leaves within this many leaf sizes in u."""
 ROUNDING = 1e-15
 """Relative width of a length's bounds up to which it is one number, not a range."""
+FEW_LEAVES = 64
+"""So many leaves are looked at once more where the roots are found: cheaper than one more round of search."""
 MOST_STARTS = 32
 """Newton starts in one call of ``find_roots``: some milliseconds, after which budgets are looked at."""
 
@@ -227,7 +229,8 @@ def find_roots(
     bench
         Its first ``count`` rows hold the roots known.
     leaves, todo : (L, width), (L,)
-        Leaves of one round, and those no start has spoken for; struck off here.
+        Leaves of one round, and those no start has spoken for; struck off here. When all are, those left to
+        be searched: leaves whose equilibria do not all lie in one root's uniqueness box.
     first
         The leaf to go on with.
 
@@ -343,4 +346,22 @@ def find_roots(
         if not known(bench, count, chart, lo, hi):
             bench.charts[count] = chart
             count += 1
+    for k in range(leaves.shape[0]):
+        todo[k] = True
+        if leaves.shape[0] > FEW_LEAVES:
+            continue
+        if in_position:
+            for i in range(wide_cell.shape[0]):
+                wide_cell[i] = leaves[k, i]
+            bounded = pose.enclose_cell(
+                bench.pose.forms, bench.pose.work, model, wide_cell, WHOLE_POSE, bench.pose.cells, lo, hi
+            )
+        else:
+            for i in range(cell.shape[0]):
+                cell[i] = leaves[k, i]
+            bounded = turn.enclose_cell(
+                bench.turn.forms, bench.turn.work, model, cell, ROTATION_ONLY, bench.turn.cells, lo, hi
+            )
+        if bounded and known(bench, count, int(leaves[k, chart_column]), lo, hi):
+            todo[k] = False
     return leaves.shape[0], count

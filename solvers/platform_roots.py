@@ -115,8 +115,11 @@ class Prover:
 
     def find(
         self, leaves: Floats, leaf_size: float, in_position: bool, known: Sequence[Root], budget: Budget
-    ) -> list[Root]:
-        """Start Newton from leaves spread over each cluster; return the new roots that were proved."""
+    ) -> tuple[list[Root], Floats]:
+        """Start Newton from leaves spread over each cluster.
+
+        Returns the new roots that were proved, and the leaves that are not settled by roots yet.
+        """
         found: list[Root] = []
         todo, first = np.ones(len(leaves), dtype=np.bool_), 0
         while first < len(leaves) and budget.stop() is None:
@@ -136,7 +139,7 @@ class Prover:
             for k in range(len(before), count):
                 box, unique, core = bench.boxes[k].copy(), bench.unique[k].copy(), bench.cores[k].copy()
                 found.append(Root(int(bench.charts[k]), box, unique, core))
-        return found
+        return found, leaves[todo] if first == len(leaves) else leaves
 
     def root_near(self, chart: int, u: Floats, p: Floats) -> Root | None:
         """Return the proved root that Newton finds from a pose."""
@@ -148,7 +151,7 @@ class Prover:
         cell[0, :6] = np.repeat(u, 2)
         cell[0, 6:12] = np.repeat(x, 2)
         cell[0, pose.P_CHART] = chart
-        found = self.find(cell, 0.0, True, [], Budget())
+        found, _ = self.find(cell, 0.0, True, [], Budget())
         return found[0] if found else None
 
     def unsettled(self, cells: Floats, roots: list[Root], in_position: bool) -> Floats:

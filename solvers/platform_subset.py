@@ -75,10 +75,11 @@ class SubsetSearch:
             if self.stop is not Stop.EXHAUSTED:
                 self.pending += len(small) + sum(map(len, handed_on))
                 return handed_on[0]
-            if len(small):
-                self.roots += prover.find(small, leaf_size, in_position, self.roots, self.budget)
             growing = GROWING_LEAVES < before < len(small)
             cells, before = small, len(small)
+            if len(small):
+                found, cells = prover.find(small, leaf_size, in_position, self.roots, self.budget)
+                self.roots += found
             leaf_size *= LEAF_RATIO
             if growing or leaf_size < last_leaf(self.model):
                 self.give_up(prover.unsettled(cells, self.roots, in_position), in_position, growing)

@@ -177,7 +177,11 @@ class Tracker:
 
     def warm_up(self) -> None:
         """Compile or load the kernels now, so that no later call waits for them (many seconds once)."""
-        load = self._under(None)
+        try:
+            load = self._under(None)
+        except InputError:
+            # A weightless platform: the force comes with the calls.
+            load = self._under((0.0, 0.0, -1.0))
         taut = np.zeros(1, dtype=np.int64)
         self._fields(load, 0, np.ones((7, 2)), taut, np.ones((self._count, 2)))
 
@@ -250,8 +254,12 @@ class Tracker:
         taut = tuple(place.taut.tolist())
         if status == TRACKED:
             fields = self._fields(load, place.chart, box, place.taut, bounds)
-            self._move(place, root, halvings)
-            return TrackedPose(TrackStatus.TRACKED, "", region, taut, fields)
+            if np.isfinite(fields.tensions).all():
+                # Proved positive; wide bounds of six tensions may still reach below zero.
+                np.maximum(fields.tensions, 0.0, out=fields.tensions)
+                self._move(place, root, halvings)
+                return TrackedPose(TrackStatus.TRACKED, "", region, taut, fields)
+            status = SINGULAR
         place.halvings = 0
         return TrackedPose(TrackStatus.LOST, self._reason(status, cable, region), region, taut, None)
 
@@ -311,13 +319,7 @@ class Tracker:
     def _begin(self, lengths: Any, load: Load) -> str:
         """Search everywhere for a pose to start from; return why there is none."""
         result = forward_kinematics(self._robot, lengths, external_force=load.exact)
-        stable = [
-            s
-            for s in result.solutions
-            if s.family is None
-            and s.stability is Stability.STABLE
-            and CableState.UNDECIDED not in s.cable_states
-        ]
+        stable = [s for s in result.solutions if is_single(s) and s.stability is Stability.STABLE]
         if result.outcome is not Outcome.COMPLETE:
             return f"there is no last pose, and the search for one is not complete: {result.message}"
         if len(stable) != 1:

@@ -4,28 +4,30 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable
-from typing import ParamSpec, TypeVar
+from functools import cache
+from typing import Any, ParamSpec, TypeVar
 
 P = ParamSpec("P")
 T = TypeVar("T")
 
 
 def per_thread(make: Callable[P, T]) -> Callable[P, T]:
-    """Return a function that calls ``make`` once for the same positional arguments in each thread.
+    """Return a function that calls ``make`` once for the same arguments in each thread.
 
     What it returns lives as long as the thread and is shared by all that ask in it: nothing in it may be
     expected to last from one use to the next.
     """
-    kept = threading.local()
+
+    class Kept(threading.local):
+        """Made anew in each thread that looks at it."""
+
+        def __init__(self) -> None:
+            self.made: Any = cache(make)
+
+    kept = Kept()
 
     def own(*args: P.args, **kwargs: P.kwargs) -> T:
-        try:
-            made: dict[tuple[object, ...], T] = kept.made
-        except AttributeError:
-            made = kept.made = {}
-        found = made.get(args)
-        if found is None:
-            found = made[args] = make(*args, **kwargs)
-        return found
+        made: T = kept.made(*args, **kwargs)
+        return made
 
     return own

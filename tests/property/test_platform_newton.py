@@ -12,8 +12,10 @@ from typing import Any
 import numpy as np
 import pytest
 
+from cdpr_interval.engine.budget import Budget
 from cdpr_interval.kernels.enclosure import enclose
 from solvers import platform_newton as newton
+from solvers import platform_pose as pose
 from solvers.platform_model import Model, Range, RangeVector, build_model
 from solvers.platform_roots import GENERAL, GEOMETRY, PLANAR, Prover, Root
 from tests.planted_platform import HALF_TURN_SIGNS, Planted, plant, shifted
@@ -392,3 +394,28 @@ def test_boxes_that_are_not_finite_prove_nothing(n: int) -> None:
             box[k] = lo, hi
             assert not newton.regular(data_of(prover.model, robot.chart), rows, free, C, box)
             assert not newton.krawczyk(data_of(prover.model, robot.chart), rows, free, C, box, image)
+
+
+@pytest.mark.parametrize("n", TAUT[1:])
+def test_only_leaves_that_roots_settle_are_struck_off(n: int) -> None:
+    """Leaves around a planted root, of many sizes: the last look is that of ``unsettled``."""
+    rng = random.Random(41 + n)
+    kept = struck = 0
+    for robot in planted(n):
+        prover, root = proved_root(robot)
+        if root is None:
+            continue
+        cells = np.zeros((40, pose.P_WIDTH))
+        for cell in cells:
+            reach = 10.0 ** rng.uniform(-9.0, -1.0)
+            z = [*map(float, robot.u), *map(float, robot.way())]
+            for k, x in enumerate(z):
+                middle = x + reach * rng.uniform(-2.0, 2.0) * rng.choice([0.0, 1.0])
+                cell[2 * k], cell[2 * k + 1] = middle - reach, middle + reach
+            cell[pose.P_CHART] = robot.chart if rng.random() < 0.8 else (robot.chart + 1) % 4
+        found, left = prover.find(cells, 0.0, True, [root], Budget())
+        assert np.array_equal(left, prover.unsettled(cells, [root, *found], True))
+        for cell in left:
+            assert any(np.array_equal(cell, other) for other in cells)
+        kept, struck = kept + len(left), struck + len(cells) - len(left)
+    assert kept > 20 and struck > 20

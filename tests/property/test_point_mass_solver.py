@@ -268,7 +268,9 @@ print(*statuses, *sorted(map(str, loaded() - before)), sep="\\n")
 
 
 def test_a_weightless_mass_can_be_warmed_up() -> None:
-    PointMass(robot(SQUARE, mass=0)).warm_up()
+    solver = PointMass(robot(SQUARE, mass=0))
+    solver.warm_up()
+    assert solver.solve([3.0, 3.1, 3.2, 3.3], (0.0, 0.0, -5.0)).proved
     PointMass(robot(SQUARE[:1])).warm_up()
 
 

@@ -194,9 +194,13 @@ def test_the_compilation_is_announced_below_the_progress_line(monkeypatch):
 
 
 def test_a_log_that_nobody_reads_ends_nothing():
+    tried = []
+
     class Closed(io.StringIO):
         def write(self, text):
+            tried.append(text)
             raise BrokenPipeError
 
     with ProgressDisplay(Closed()) as display:
         display._announce_compilation()
+    assert tried

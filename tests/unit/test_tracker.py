@@ -375,3 +375,31 @@ def test_warm_up_changes_nothing() -> None:
     empty = Tracker(uc4()[0])
     empty.warm_up()
     assert empty.robot is uc4()[0] and empty.size == 2.0
+
+
+def test_tensions_that_are_not_bounded_are_no_answer(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Six tensions are solved for once more in the pose's box; should that fail, nothing is claimed."""
+    own = tracker()
+    honest = own._fields
+
+    def failing(*given: Any) -> Any:
+        fields = honest(*given)
+        fields.tensions[0, 1] = np.nan
+        return fields
+
+    monkeypatch.setattr(own, "_fields", failing)
+    pose = own.update(UC4)
+    assert pose.status is TrackStatus.LOST and "tensions are not bounded" in pose.reason
+    monkeypatch.undo()
+    assert own.update(UC4).tracked
+
+
+def test_a_weightless_platform_is_warmed_up_and_tracked_under_a_force() -> None:
+    robot = uc4()[0]
+    light = replace(robot, platform=replace(robot.platform, mass=Fraction(0)))
+    weight = [float(robot.platform.mass * g) for g in robot.gravity]
+    own = Tracker(light, stable())
+    own.warm_up()
+    assert own.update(UC4, weight).tracked
+    with pytest.raises(InputError, match="cancel"):
+        own.update(UC4)
