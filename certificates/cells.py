@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from itertools import chain
 
 from flint import fmpq, fmpq_mpoly
 
@@ -18,7 +19,6 @@ from certificates.polynomials import (
     PLACE,
     SYMBOL,
     TURN,
-    ZERO,
     Vector,
     centre,
     constant,
@@ -26,92 +26,110 @@ from certificates.polynomials import (
     dot,
     highest,
     lowest,
+    number,
     rational,
+    short,
     size,
     slopes,
     total,
+    upto,
 )
 
 U = range(TURN, TURN + 3)
-POSE = range(6)
-X = range(PLACE, PLACE + 3)
-TRIES = 8
-"""Most boxes tried around the position on a branch."""
-MARGIN = 1.25
-"""What a try adds to the image of the one before."""
-LARGEST = 1e3
-"""A box this large (times the position) is given up."""
+POSE = range(7)
+"""Symbols of u, of the position (a box), and of the distance along the normal of the centres' plane."""
+ALONG = PLACE + 3
+BALANCES = 3
+"""Directions y tried on a cell."""
 
 
-def numbers(values: Sequence[fmpq]) -> list[float]:
-    """Return floats near exact numbers."""
-    return [float(v.p) / float(v.q) if v.p.bit_length() < 1000 else 0.0 for v in values]
-
-
-def number(value: fmpq) -> float:
-    """Return a float near an exact number."""
-    return int(value.p) / int(value.q)
-
-
-def on_branch(turned: Turned, side: int) -> Vector | None:
-    """Return the position of the triple on one side as polynomials, or None where that is not proved.
-
-    Proved: over the whole cell the three equations have exactly one solution x with side . (x . (d_2 x d_3)) >= 0; it is
-    x_0 + G u + e with e in a box, by the Krawczyk operator in e, and lies strictly on that side. There are at
-    most two solutions, mirror images in the plane of the centres.
-    """
+def middles(turned: Turned) -> tuple[list[float], list[float], list[float]]:
+    """Return d_2, d_3 and (K_2, K_3) at the cell's centre."""
     (d2, k2), (d3, k3) = turned.lines()[:2]
     s = number(centre(turned.s))
-    a, b = ([number(centre(v)) / s for v in d] for d in (d2, d3))
-    right = [number(centre(k)) / s for k in (k2, k3)]
-    square = number(centre(turned.platform.squares[0]))
-    normal = [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+    return [number(centre(v)) / s for v in d2], [number(centre(v)) / s for v in d3], [number(centre(k)) / s for k in (k2, k3)]
+
+
+def near_branch(turned: Turned, side: int, degree: int) -> Vector | None:
+    """Return polynomials in u near the position on one side; a guess."""
+    a, b, right = middles(turned)
+    normal = guess.cross(a, b)
     foot = guess.solve([a, b, normal], [[right[0]], [right[1]], [0.0]])
     if foot is None:
         return None
-    height = square - sum(v[0] * v[0] for v in foot)
+    height = number(centre(turned.platform.squares[0])) - sum(v[0] * v[0] for v in foot)
     if not height > 0.0:
         return None
     step = side * math.sqrt(height / guess.inner(normal, normal))
     x0 = [v[0] + step * w for v, w in zip(foot, normal, strict=True)]
+    s = number(centre(turned.s))
     inverse = guess.inverse([[2.0 * v for v in x0], [s * v for v in a], [s * v for v in b]])
     if inverse is None:
         return None
-    C = [[rational(v) for v in row] for row in inverse]
-    start = [constant(rational(v)) for v in x0]
-    change = [slopes(f, U) for f in equations(turned, start)]
-    moved = [
-        v - total([SYMBOL[k] * rational(number(total_of(row, change, k))) for k in U])
-        for v, row in zip(start, C, strict=True)
+    correct = [[rational(v) for v in row] for row in inverse]
+    x = [constant(rational(v)) for v in x0]
+    for k in range(1, degree + 1):
+        wrong = turned.lengths(x)[:3]
+        x = [v - upto(combine(row, wrong), k) for v, row in zip(x, correct, strict=True)]
+    return x
+
+
+def on_branch(turned: Turned, side: int, degree: int = 1) -> Vector | None:
+    """Return polynomials that enclose every position on one side over the cell, or None.
+
+    With d_2, d_3 and m = d_2 x d_3 every position is x = y + alpha d_2 + beta d_3 + tau m for any y. The linear equations bound
+    alpha and beta: G (alpha, beta) = -(r_2, r_3) with G the scalar products of d_2 and d_3 and r their residuals
+    at y. With w = y + alpha d_2 + beta d_3 the sphere says tau (m . y + m . x) = l^2 - |w|^2, and on this side
+    side (m . x) >= 0: so where side (m . y) >= h > 0, |tau| <= |l^2 - |w|^2| / h.
+    """
+    y = near_branch(turned, side, degree)
+    if y is None:
+        return None
+    (d2, k2), (d3, k3) = turned.lines()[:2]
+    m = cross(d2, d3)
+    height = lowest(side * dot(m, y))
+    within = in_plane(d2, d3, [dot(d2, y) - k2, dot(d3, y) - k3]) if height > 0 else None
+    if within is None:
+        return None
+    rest = [size(v) * within[0] + size(w) * within[1] for v, w in zip(d2, d3, strict=True)]
+    w = [v + SYMBOL[PLACE + k] * r for k, (v, r) in enumerate(zip(y, rest, strict=True))]
+    tau = size(dot(w, w) - turned.platform.squares[0]) / height
+    straight = [upto(v, 1) for v in m]
+    rest = [r + tau * size(v - u) for r, v, u in zip(rest, m, straight, strict=True)]
+    return [
+        v + SYMBOL[PLACE + k] * r + SYMBOL[ALONG] * tau * u
+        for k, (v, r, u) in enumerate(zip(y, rest, straight, strict=True))
     ]
-    rest = [size(combine(row, equations(turned, moved))) for row in C]
-    reach = [rational(MARGIN * number(r) + 1e-15 * (1.0 + abs(v))) for r, v in zip(rest, x0, strict=True)]
-    for _ in range(TRIES):
-        x = [v + SYMBOL[k] * r for v, k, r in zip(moved, X, reach, strict=True)]
-        rows = [[2 * v for v in x], d2, d3]
-        image = []
-        for i in range(3):
-            spread = rest[i]
-            for j in range(3):
-                entry = total([C[i][k] * rows[k][j] for k in range(3)]) - int(i == j)
-                spread += size(entry) * reach[j]
-            image.append(spread)
-        if all(new < old for new, old in zip(image, reach, strict=True)):
-            return x if lowest(side * dot(cross(d2, d3), x)) > 0 else None
-        reach = [rational(MARGIN * number(new)) for new in image]
-        if max(reach) > rational(LARGEST * (1.0 + math.sqrt(square))):
-            return None
-    return None
 
 
-def total_of(row: Sequence[fmpq], change: Sequence[Sequence[fmpq]], k: int) -> fmpq:
-    """Return entry k of a row times a matrix."""
-    return sum((c * line[k] for c, line in zip(row, change, strict=True)), ZERO)
+def in_plane(d2: Vector, d3: Vector, wrong: Sequence[fmpq_mpoly]) -> list[fmpq] | None:
+    """Return bounds of |alpha| and |beta| with G (alpha, beta) = -wrong, or None.
+
+    With C near the inverse of G: v bounds the solution when |C wrong| + |I - C G| v <= v.
+    """
+    gram = [[dot(v, w) for w in (d2, d3)] for v in (d2, d3)]
+    inverse = guess.inverse([[number(centre(g)) for g in row] for row in gram])
+    if inverse is None:
+        return None
+    correct = [[rational(c) for c in row] for row in inverse]
+    first = [size(combine(row, wrong)) for row in correct]
+    error = [[size(combine(row, column) - int(i == j)) for j, column in enumerate(zip(*gram, strict=True))] for i, row in enumerate(correct)]
+    return contained(first, error)
 
 
-def equations(turned: Turned, x: Vector) -> list[fmpq_mpoly]:
-    """Return the three equations of the triple."""
-    return turned.lengths(x)[:3]
+def contained(first: Sequence[fmpq], error: Sequence[Sequence[fmpq]]) -> list[fmpq] | None:
+    """Return v > 0 with first + error v < v, or None.
+
+    Then the spectral radius of error is below 1, and z <= first + error z implies z <= v.
+    """
+    n = len(first)
+    matrix = [[float(i == j) - number(error[i][j]) for j in range(n)] for i in range(n)]
+    found = guess.solve(matrix, [[1.01 * number(f) + 1e-30] for f in first])
+    if found is None:
+        return None
+    v = [rational(f[0]) for f in found]
+    image = [f + sum((e * x for e, x in zip(row, v, strict=True)), fmpq(0)) for f, row in zip(first, error, strict=True)]
+    return v if all(0 < x and new < x for x, new in zip(v, image, strict=True)) else None
 
 
 def combine(weights: Sequence[fmpq], forms: Sequence[fmpq_mpoly]) -> fmpq_mpoly:
@@ -125,37 +143,36 @@ def no_position(turned: Turned) -> bool:
     With any weights g, h a common point has 0 <= |x + g d_2 + h d_3|^2 = l_1^2 + |g d_2 + h d_3|^2 + 2 (g K_2 + h K_3).
     """
     (d2, k2), (d3, k3) = turned.lines()[:2]
-    s = number(centre(turned.s))
-    a, b = ([number(centre(v)) / s for v in d] for d in (d2, d3))
-    right = [-number(centre(k)) / s for k in (k2, k3)]
-    gram = [[guess.inner(v, w) for w in (a, b)] for v in (a, b)]
-    weights = guess.solve(gram, [[right[0]], [right[1]]])
+    a, b, right = middles(turned)
+    weights = guess.solve([[guess.inner(v, w) for w in (a, b)] for v in (a, b)], [[-k] for k in right])
     if weights is None:
         return False
     g, h = (rational(w[0]) for w in weights)
     mixed = [v * g + w * h for v, w in zip(d2, d3, strict=True)]
     gap = turned.s * turned.s * turned.platform.squares[0] + dot(mixed, mixed) + 2 * turned.s * (k2 * g + k3 * h)
-    return lowest(-gap) > 0
+    return highest(gap) < 0
 
 
 class Place:
-    """A cell with a position: the equations' slopes, by which they are added to other forms."""
+    """A cell with an enclosure of the position: what the equations can take out of other forms."""
 
     def __init__(self, turned: Turned, x: Vector) -> None:
         self.turned, self.x = turned, x
         self.equations = turned.lengths(x)
         self.slopes = [[number(v) for v in slopes(f, POSE)] for f in self.equations]
+        self.columns = guess.pivots(self.slopes)
+        self.inverse = guess.inverse([[row[k] for row in self.slopes] for k in self.columns])
+
+    def multipliers(self, slope: Sequence[float]) -> list[float]:
+        """Return multiples of the equations that cancel slopes in the pivots."""
+        if self.inverse is None:
+            return [0.0] * len(self.equations)
+        return [-guess.inner(row, [slope[k] for k in self.columns]) for row in self.inverse]
 
     def freed(self, form: fmpq_mpoly) -> fmpq_mpoly:
-        """Return a form of the same value at solutions whose slopes are as small as equations can make them."""
-        return form + self.combination([-number(v) for v in slopes(form, POSE)])
-
-    def combination(self, wanted: Sequence[float]) -> fmpq_mpoly:
-        """Return a combination of the equations with slopes near those wanted (least squares)."""
-        rights = [[guess.inner(row, wanted)] for row in self.slopes]
-        gram = guess.gram(self.slopes)
-        found = guess.solve(gram, rights)
-        return combine([rational(w[0]) for w in found], self.equations) if found else constant(0)
+        """Return a form of the same value at solutions without slopes in the pivots."""
+        weights = self.multipliers([number(v) for v in slopes(form, POSE)])
+        return form + combine([short(w) for w in weights], self.equations)
 
     def positive(self, form: fmpq_mpoly) -> bool:
         """Return True when a form is positive at every solution in the cell."""
@@ -163,39 +180,43 @@ class Place:
 
     def no_length(self) -> bool:
         """Return True when the taut cables cannot all have their lengths in the cell."""
-        for f in self.equations:
-            if not lowest(f) <= 0 <= highest(f):
-                return True
-        for k in POSE:
-            wanted = [float(i == k) for i in POSE]
-            form = self.combination(wanted)
-            # form = c + a e_k + others vanishes at solutions, so e_k lies in -(c +- others) / a.
-            c, a = centre(form), slopes(form, [k])[0]
-            if abs(c) > size(form) - abs(c):
+        if any(lowest(f) > 0 or highest(f) < 0 for f in self.equations):
+            return True
+        for weights in zip(*(self.inverse or ()), strict=True):
+            form = combine([short(w) for w in weights], self.equations)
+            if lowest(form) > 0 or highest(form) < 0:
                 return True
         return False
 
-    def forms(self, wrenches: Sequence[Vector], y: Vector) -> list[fmpq_mpoly]:
-        """Return y . w for all wrenches, positions taken out."""
-        return [self.freed(dot(y, w)) for w in wrenches]
-
-    def unbalanced(self, y: Sequence[fmpq]) -> bool:
+    def unbalanced(self, y: Sequence[float]) -> bool:
         """Return True when no non-negative tensions balance the load at any solution in the cell.
 
-        Gordan: y . w_i > 0 for all taut cables and y . w_0 > 0. Where a constant y does not do, it is given slopes in u
-        that cancel the forms' own.
+        Gordan: y . w_i > 0 for all taut cables and y . w_0 > 0, with y moving over the cell so that the slopes of these
+        forms vanish where they can. Then once more with values at the centre in proportion to the forms' radii.
         """
         wrenches = self.turned.wrenches(self.x)
-        fixed = [constant(v) for v in y]
-        forms = self.forms(wrenches, fixed)
-        if all(lowest(f) > 0 for f in forms):
-            return True
         rows = [[number(centre(v)) for v in w] for w in wrenches]
-        change = guess.least_norm(rows, [[-number(v) for v in column] for column in zip(*(slopes(f, U) for f in forms), strict=True)])
-        if change is None:
-            return False
-        moving = [
-            v + total([SYMBOL[k] * rational(slope[i]) for k, slope in zip(U, change, strict=True)])
-            for i, v in enumerate(fixed)
-        ]
-        return all(lowest(f) > 0 for f in self.forms(wrenches, moving))
+        changes = [[[number(c) for c in slopes(v, POSE)] for v in w] for w in wrenches]
+        for _ in range(BALANCES):
+            slope = [[guess.inner(y, column) for column in zip(*change, strict=True)] for change in changes]
+            weights = [self.multipliers(v) for v in slope]
+            left = [
+                [-v - guess.inner(w, column) for v, column in zip(vs, zip(*self.slopes, strict=True), strict=True)]
+                for vs, w in zip(slope, weights, strict=True)
+            ]
+            steps = guess.least_norm(rows, list(zip(*left, strict=True)))
+            if steps is None:
+                return False
+            moving = [constant(short(v)) + total([SYMBOL[k] * short(step[i]) for k, step in zip(POSE, steps, strict=True)]) for i, v in enumerate(y)]
+            low = [
+                lowest(dot(moving, w) + combine([short(v) for v in weight], self.equations))
+                for w, weight in zip(wrenches, weights, strict=True)
+            ]
+            if all(v > 0 for v in low):
+                return True
+            radii = [guess.inner(y, row) - number(v) for v, row in zip(low, rows, strict=True)]
+            again = guess.least_norm(rows, [radii])
+            if again is None:
+                return False
+            y = again[0]
+        return False

@@ -82,9 +82,9 @@ class Turned:
         return [RING.constant(0), self.s, RING.constant(0)], RING.constant(0)
 
     def lines(self) -> list[tuple[Vector, fmpq_mpoly]]:
-        """Return (s d_i, s K_i) of the linear equations of the taut cables."""
+        """Return (s d_i, s K_i) of the linear equations of the taut cables, the plane's second where there is one."""
         found = [(d, k) for _, _, d, k in self.cables[1 : self.platform.taut]]
-        return [*found, self.plane] if self.platform.planar else found
+        return [found[0], self.plane, *found[1:]] if self.platform.planar else found
 
     def lengths(self, x: Vector) -> list[fmpq_mpoly]:
         """Return polynomials that vanish where all taut cables have their lengths."""

@@ -51,3 +51,22 @@ def least_norm(rows: Sequence[Row], rights: Sequence[Sequence[float]]) -> list[R
         return None
     columns = list(zip(*rows, strict=True))
     return [[inner(column, weight) for column in columns] for weight in zip(*weights, strict=True)]
+
+
+def cross(a: Sequence[float], b: Sequence[float]) -> Row:
+    """Return the vector product."""
+    return [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+
+
+def pivots(rows: Sequence[Row]) -> list[int]:
+    """Return the columns that elimination with complete pivoting chooses, one a row of full rank."""
+    left = [list(row) for row in rows]
+    found: list[int] = []
+    while left:
+        size, i, k = max((abs(v), i, k) for i, row in enumerate(left) for k, v in enumerate(row))
+        if not size > 0.0:
+            break
+        row = left.pop(i)
+        left = [[v - other[k] / row[k] * w for v, w in zip(other, row, strict=True)] for other in left]
+        found.append(k)
+    return found

@@ -6,6 +6,7 @@ plus its radius times a symbol of its own. A bound is the constant term minus or
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from fractions import Fraction
 from functools import reduce
@@ -16,16 +17,25 @@ from flint import Ordering, fmpq, fmpq_mpoly, fmpq_mpoly_ctx
 Vector = list[fmpq_mpoly]
 ZERO = fmpq(0)
 
-TURN, PLACE, TENSION, DATA = 0, 3, 6, 12
-"""First symbols of: u (3), the position (3), the tensions (6), uncertain data."""
-SYMBOLS = 20
+TURN, PLACE, TENSION, DATA = 0, 3, 7, 13
+"""First symbols of: u (3), the position (3 and 1), the tensions (6), uncertain data."""
+SYMBOLS = 23
 RING = fmpq_mpoly_ctx.get([f"e{k}" for k in range(SYMBOLS)], Ordering.deglex)
 SYMBOL = RING.gens()
+NONE = (0,) * SYMBOLS
+ONE = [tuple(int(i == k) for i in range(SYMBOLS)) for k in range(SYMBOLS)]
+"""Exponents of 1 and of each symbol."""
 
 
 def rational(x: Fraction | float | int) -> fmpq:
     """Return an exact number."""
     return fmpq(*x.as_integer_ratio())
+
+
+def short(x: float) -> fmpq:
+    """Return a number near x with 24 binary digits: it multiplies faster."""
+    mantissa, exponent = math.frexp(x)
+    return fmpq(round(mantissa * 2**24)) * fmpq(2) ** (exponent - 24)
 
 
 def constant(x: fmpq | int) -> fmpq_mpoly:
@@ -55,12 +65,12 @@ def cross(a: Sequence[fmpq_mpoly], b: Sequence[fmpq_mpoly]) -> Vector:
 
 def centre(p: fmpq_mpoly) -> fmpq:
     """Return the value where all symbols are 0."""
-    return p[(0,) * SYMBOLS]
+    return p[NONE]
 
 
 def size(p: fmpq_mpoly) -> fmpq:
     """Return a bound of |p|."""
-    return sum((abs(c) for c in p.coeffs()), ZERO)
+    return sum(map(abs, p.coeffs()), ZERO)
 
 
 def lowest(p: fmpq_mpoly) -> fmpq:
@@ -76,4 +86,15 @@ def highest(p: fmpq_mpoly) -> fmpq:
 
 def slopes(p: fmpq_mpoly, symbols: Sequence[int]) -> list[fmpq]:
     """Return the coefficients of the linear terms in some symbols."""
-    return [p[tuple(int(i == k) for i in range(SYMBOLS))] for k in symbols]
+    return [p[ONE[k]] for k in symbols]
+
+
+def number(value: fmpq) -> float:
+    """Return a float near an exact number."""
+    return int(value.p) / int(value.q)
+
+
+def upto(p: fmpq_mpoly, degree: int) -> fmpq_mpoly:
+    """Return a polynomial near the terms of p up to a degree, its coefficients short numbers."""
+    return RING.from_dict({e: rational(number(c)) for e, c in p.to_dict().items() if sum(e) <= degree})
+

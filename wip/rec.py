@@ -1,4 +1,4 @@
-import sys; sys.path.insert(0,'/tmp/w/cert')
+import sys; sys.path.insert(0,'/work/main')
 import time
 from collections import Counter
 import numpy as np

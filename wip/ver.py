@@ -1,4 +1,4 @@
-import sys; sys.path.insert(0,'/tmp/w/cert')
+import sys; sys.path.insert(0,'/work/main')
 import time, random
 from fractions import Fraction as Fr
 from collections import Counter
@@ -25,18 +25,21 @@ def check(kind,s,c,y,depth=0):
         for br in ((1,-1) if c[7]==0 else (int(c[7]),)):
             if s==16:
                 ok=ok and cl.no_position(T); continue
-            x=cl.on_branch(T,br)
-            if x is None: ok=cl.no_position(T)
-            else:
+            for deg in DEG:
+                x=cl.on_branch(T,br,deg)
+                if x is None: ok=False; why['nobranch',deg]+=1; continue
                 P=cl.Place(T,x)
-                if s==17: ok=ok and any(lowest(P.freed(P.equations[j]))>0 or highest(P.freed(P.equations[j]))<0 for j in range(3,n))
-                if s==19: ok=ok and P.unbalanced([rational(float(v)) for v in y])
+                if s==17: ok=P.no_length()
+                if s==19: ok=P.unbalanced([float(v) for v in y])
+                if ok: break
+                why['test',deg]+=1
+            if not ok: ok=cl.no_position(T)
             if not ok: break
     else:
         x=[between(rational(float(c[6+2*k])),rational(float(c[7+2*k])),3+k) for k in range(3)]
         P=cl.Place(T,x)
         if s==17: ok=P.no_length()
-        if s==19: ok=P.unbalanced([rational(float(v)) for v in y])
+        if s==19: ok=P.unbalanced([float(v) for v in y])
     if ok: return 1
     if depth>=5: return None
     nv=3 if kind==0 else 6
@@ -48,7 +51,7 @@ def check(kind,s,c,y,depth=0):
         if q is None: return None
         tot+=q
     return tot
-cnt=Counter(); t=Counter()
+cnt=Counter(); t=Counter(); why=Counter(); DEG=eval(sys.argv[4])
 for kind in (0,1):
     for s in (16,17,19):
         rows=D[(D[:,0]==kind)&(D[:,1]==s)]
@@ -59,4 +62,4 @@ for kind in (0,1):
             cnt[kind,s,q]+=1
         t[kind,s]=round((time.time()-t0)/K*1e3,2)
 for k in sorted(cnt,key=str): print(k,cnt[k])
-print(t)
+print(t,why)
