@@ -188,6 +188,25 @@ class Place:
                 return True
         return False
 
+    def cut_to(self, k: int, old: tuple[float, float], new: tuple[float, float]) -> bool:
+        """Return True when at every solution in the cell the entry k of (u, x), within old bounds, lies within new ones.
+
+        A combination c + a e_k + rest of the equations that vanishes there puts the symbol e_k within (-c +- |rest|) / a.
+        """
+        if new == old:
+            return True
+        if k not in self.columns or self.inverse is None:
+            return False
+        weights = [row[self.columns.index(k)] for row in zip(*self.inverse, strict=True)]
+        form = combine([short(w) for w in weights], self.equations)
+        c, (a,) = centre(form), slopes(form, [k])
+        rest = size(form) - abs(c) - abs(a)
+        if not a > 0:
+            return False
+        middle, radius = (rational(old[0]) + rational(old[1])) / 2, (rational(old[1]) - rational(old[0])) / 2
+        lo, hi = (middle + radius * (sign * rest - c) / a for sign in (-1, 1))
+        return rational(new[0]) <= max(lo, rational(old[0])) and min(hi, rational(old[1])) <= rational(new[1])
+
     def unbalanced(self, y: Sequence[float]) -> bool:
         """Return True when no non-negative tensions balance the load at any solution in the cell.
 
