@@ -19,6 +19,7 @@ from certificates.polynomials import (
     PLACE,
     SYMBOL,
     TURN,
+    ZERO,
     Vector,
     centre,
     constant,
@@ -58,18 +59,19 @@ def near_branch(turned: Turned, side: int, degree: int) -> Vector | None:
     if foot is None:
         return None
     height = number(centre(turned.platform.squares[0])) - sum(v[0] * v[0] for v in foot)
-    if not height > 0.0:
-        return None
-    step = side * math.sqrt(height / guess.inner(normal, normal))
+    step = side * math.sqrt(max(0.0, height) / guess.inner(normal, normal))
     x0 = [v[0] + step * w for v, w in zip(foot, normal, strict=True)]
     s = number(centre(turned.s))
-    inverse = guess.inverse([[2.0 * v for v in x0], [s * v for v in a], [s * v for v in b]])
+    across = [2.0 * v for v in x0] if height > 0.0 else normal
+    inverse = guess.inverse([across, [s * v for v in a], [s * v for v in b]])
     if inverse is None:
         return None
     correct = [[rational(v) for v in row] for row in inverse]
     x = [constant(rational(v)) for v in x0]
     for k in range(1, degree + 1):
-        wrong = turned.lengths(x)[:3]
+        wrong = turned.triple(x)
+        if not height > 0.0:
+            wrong[0] = constant(0)
         x = [v - upto(combine(row, wrong), k) for v, row in zip(x, correct, strict=True)]
     return x
 
@@ -80,26 +82,37 @@ def on_branch(turned: Turned, side: int, degree: int = 1) -> Vector | None:
     With d_2, d_3 and m = d_2 x d_3 every position is x = y + alpha d_2 + beta d_3 + tau m for any y. The linear equations bound
     alpha and beta: G (alpha, beta) = -(r_2, r_3) with G the scalar products of d_2 and d_3 and r their residuals
     at y. With w = y + alpha d_2 + beta d_3 the sphere says tau (m . y + m . x) = l^2 - |w|^2, and on this side
-    side (m . x) >= 0: so where side (m . y) >= h > 0, |tau| <= |l^2 - |w|^2| / h.
+    side (m . x) >= 0. Where side (m . y) >= h > 0 therefore |tau| <= |l^2 - |w|^2| / h. Where it is at least -g,
+    |m . y + m . x| >= |tau| |m|^2 - 2 g, so |tau| <= q + sqrt(q^2 + |l^2 - |w|^2| / |m|^2) with q = g / |m|^2.
     """
     y = near_branch(turned, side, degree)
     if y is None:
         return None
     (d2, k2), (d3, k3) = turned.lines()[:2]
     m = cross(d2, d3)
-    height = lowest(side * dot(m, y))
-    within = in_plane(d2, d3, [dot(d2, y) - k2, dot(d3, y) - k3]) if height > 0 else None
+    square = lowest(dot(m, m))
+    within = in_plane(d2, d3, [dot(d2, y) - k2, dot(d3, y) - k3]) if square > 0 else None
     if within is None:
         return None
     rest = [size(v) * within[0] + size(w) * within[1] for v, w in zip(d2, d3, strict=True)]
     w = [v + SYMBOL[PLACE + k] * r for k, (v, r) in enumerate(zip(y, rest, strict=True))]
-    tau = size(dot(w, w) - turned.platform.squares[0]) / height
+    wrong, height = size(dot(w, w) - turned.platform.squares[0]), lowest(side * dot(m, y))
+    below = max(ZERO, -height) / square
+    tau = below + above_root(below * below + wrong / square)
+    tau = min(tau, wrong / height) if height > 0 else tau
     straight = [upto(v, 1) for v in m]
     rest = [r + tau * size(v - u) for r, v, u in zip(rest, m, straight, strict=True)]
-    return [
+    x = [
         v + SYMBOL[PLACE + k] * r + SYMBOL[ALONG] * tau * u
         for k, (v, r, u) in enumerate(zip(y, rest, straight, strict=True))
     ]
+    return [x[0], constant(0), x[2]] if turned.platform.planar else x
+
+
+def above_root(x: fmpq) -> fmpq:
+    """Return a number not below the square root of x >= 0, close to it."""
+    root = rational(math.sqrt(number(x)) * (1.0 + 2.0**-40))
+    return root if root * root >= x else x + 1
 
 
 def in_plane(d2: Vector, d3: Vector, wrong: Sequence[fmpq_mpoly]) -> list[fmpq] | None:
@@ -188,24 +201,28 @@ class Place:
                 return True
         return False
 
-    def cut_to(self, k: int, old: tuple[float, float], new: tuple[float, float]) -> bool:
-        """Return True when at every solution in the cell the entry k of (u, x), within old bounds, lies within new ones.
+    def kept(self, k: int, lo: float, hi: float) -> tuple[fmpq, fmpq] | None:
+        """Return bounds of the entry k of (u, x) at solutions in a cell where it has the bounds lo, hi; None: no new ones.
 
         A combination c + a e_k + rest of the equations that vanishes there puts the symbol e_k within (-c +- |rest|) / a.
         """
-        if new == old:
-            return True
         if k not in self.columns or self.inverse is None:
-            return False
-        weights = [row[self.columns.index(k)] for row in zip(*self.inverse, strict=True)]
-        form = combine([short(w) for w in weights], self.equations)
-        c, (a,) = centre(form), slopes(form, [k])
+            return None
+        pivot = self.columns.index(k)
+        form = combine([short(row[pivot]) for row in self.inverse], self.equations)
+        c, a = centre(form), slopes(form, [k])[0]
         rest = size(form) - abs(c) - abs(a)
         if not a > 0:
-            return False
-        middle, radius = (rational(old[0]) + rational(old[1])) / 2, (rational(old[1]) - rational(old[0])) / 2
-        lo, hi = (middle + radius * (sign * rest - c) / a for sign in (-1, 1))
-        return rational(new[0]) <= max(lo, rational(old[0])) and min(hi, rational(old[1])) <= rational(new[1])
+            return None
+        middle, radius = (rational(lo) + rational(hi)) / 2, (rational(hi) - rational(lo)) / 2
+        return middle - radius * (c + rest) / a, middle - radius * (c - rest) / a
+
+    def cut_to(self, k: int, old: tuple[float, float], new: tuple[float, float]) -> bool:
+        """Return True when at every solution in the cell the entry k of (u, x), with old bounds, lies within new ones."""
+        found = self.kept(k, *old)
+        if found is None:
+            return new == old
+        return all(o == n or (rational(n) - f) * side <= 0 for o, n, f, side in zip(old, new, found, (1, -1), strict=True))
 
     def unbalanced(self, y: Sequence[float]) -> bool:
         """Return True when no non-negative tensions balance the load at any solution in the cell.

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from certificates.problem import Problem
 
 UNIT = [[fmpq(int(i == j)) for j in range(3)] for i in range(3)]
-FINE = fmpz(2) ** 160
+FINE = fmpz(2) ** 100
 """Irrational inverses are enclosed to 1 / FINE of their size."""
 
 

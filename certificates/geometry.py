@@ -17,7 +17,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
 
 from flint import fmpq, fmpq_mpoly
 
@@ -76,20 +75,20 @@ class Turned:
         half = (dot(a, a) + dot(b, b) + p.squares[0] - p.squares[i]) * fmpq(1, 2)
         return a, q, [self.s * x - y for x, y in zip(a, q, strict=True)], self.s * half - dot(a, q)
 
-    @cached_property
-    def plane(self) -> tuple[Vector, fmpq_mpoly]:
-        """Return normal and offset of the equation y . x = 0 that takes a third cable's place."""
-        return [RING.constant(0), self.s, RING.constant(0)], RING.constant(0)
-
     def lines(self) -> list[tuple[Vector, fmpq_mpoly]]:
-        """Return (s d_i, s K_i) of the linear equations of the taut cables, the plane's second where there is one."""
+        """Return (s d_i, s K_i) of the linear equations of the taut cables; in a plane y . x = 0 is the second one."""
         found = [(d, k) for _, _, d, k in self.cables[1 : self.platform.taut]]
-        return [found[0], self.plane, *found[1:]] if self.platform.planar else found
+        zero = RING.constant(0)
+        return [found[0], ([zero, self.s, zero], zero), *found[1:]] if self.platform.planar else found
+
+    def triple(self, x: Vector) -> list[fmpq_mpoly]:
+        """Return three polynomials that vanish where the first cables have their lengths."""
+        return [dot(x, x) - self.platform.squares[0], *(dot(d, x) - k for d, k in self.lines()[:2])]
 
     def lengths(self, x: Vector) -> list[fmpq_mpoly]:
         """Return polynomials that vanish where all taut cables have their lengths."""
         first = dot(x, x) - self.platform.squares[0]
-        return [first, *(dot(d, x) - k for d, k in self.lines())]
+        return [first, *(dot(d, x) - k for _, _, d, k in self.cables[1 : self.platform.taut])]
 
     def excess(self, i: int, x: Vector) -> fmpq_mpoly:
         """Return s (|e_i|^2 - l_i^2) / 2, given that the first length is right."""

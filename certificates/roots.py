@@ -73,8 +73,6 @@ class System:
         """Return polynomials that vanish where lengths and balance hold."""
         turned = Turned(self.platform, self.chart, z[:3])
         found = turned.lengths(z[3:6])
-        if self.setting.planar:
-            found.pop(2)
         if not self.balanced:
             return found
         *wrenches, load = turned.wrenches(z[3:6])

@@ -35,7 +35,10 @@ Bounds = list[tuple[float, float]]
 
 @dataclass(frozen=True)
 class Root:
-    """A box of (u, x) in one chart, and the solution whose pose it holds, or the family whose end."""
+    """A box of (u, x) in one chart, and the solution whose pose it holds.
+
+    ``end`` : the cable that alone holds the platform at the pose, another one being just tight.
+    """
 
     chart: int
     box: Bounds
@@ -66,11 +69,12 @@ class Search:
         """Return a root as it is written."""
         found = entry_of(entry, "root", ("chart", "u", "x", "pose", "end"))
         box = [bounds_of(v, "root") for key in ("u", "x") for v in list_of(found[key], key, 3)]
-        pose, end = (None if found[key] is None else index_of(found[key], solutions, key) for key in ("pose", "end"))
+        pose = None if found["pose"] is None else index_of(found["pose"], solutions, "pose")
+        end = None if found["end"] is None else index_of(found["end"], len(self.problem.names), "end")
         root = Root(index_of(found["chart"], 4, "chart"), box, pose, end)
         frozen = self.setting.frozen(root.chart)
         flat = None if frozen is None else [*frozen, *([4] if self.setting.planar else [])]
-        if flat is None or any((box[k] != (0.0, 0.0)) == (k in flat) for k in range(6) if k in flat or box[k][0] == box[k][1]):
+        if flat is None or any(box[k] != (0.0, 0.0) for k in flat):
             raise Malformed("root: its box does not fit its chart")
         return root
 
@@ -138,7 +142,7 @@ class Search:
         if self.setting.family:
             return self.check_family(root, pose, solutions)
         if root.end is not None:
-            self.check_end(root, solutions[root.end])
+            self.check_end(root, root.end)
             return None
         if root.pose is None:
             raise NotProved("a root's pose is not listed")
@@ -172,9 +176,11 @@ class Search:
             families.check_turning(self.problem, solutions[root.pose], self.setting.taut, pose, point, direction)
         return root.pose
 
-    def check_end(self, root: Root, listed: Listed) -> None:
-        """Refuse a root that is not an end of the family it names."""
-        ends = families.ends_of(self.problem, listed, self.setting.taut)
+    def check_end(self, root: Root, alone: int) -> None:
+        """Refuse a root at which the platform is not held by one cable alone, the other of two having no tension."""
+        if sorted(self.order) != sorted({alone, *self.order}) or len(self.order) != 2:
+            raise NotProved("only a pose of two cables can be the end of a family")
+        ends = families.end_poses(self.problem, alone, next(i for i in self.order if i != alone))
         places = (self.coordinates(root.chart, end.rotation, end.centre) for end in ends)
         if not any(where is not None and lies_in(where, root.box) for where in places):
             raise NotProved("a root is not proved to be the end of a family")
