@@ -174,7 +174,8 @@ class Place:
         self.equations = turned.lengths(x)
         self.slopes = [[number(v) for v in slopes(f, POSE)] for f in self.equations]
         self.columns = guess.pivots(self.slopes)
-        self.inverse = guess.inverse([[row[k] for row in self.slopes] for k in self.columns])
+        full = len(self.columns) == len(self.equations)
+        self.inverse = guess.inverse([[row[k] for row in self.slopes] for k in self.columns]) if full else None
 
     def multipliers(self, slope: Sequence[float]) -> list[float]:
         """Return multiples of the equations that cancel slopes in the pivots."""

@@ -23,7 +23,7 @@ from certificates.subsets import Kind
 from certificates.tree import Cell, Leaf, Node, decode
 from certificates.verdicts import Malformed, NotProved
 
-PIECES = 1024
+PIECES = 256
 """A leaf is bisected into at most so many parts."""
 POSITION_SHARE = 0.4
 """Width of x over the platform's size that counts as much as a width of u, where a cell is bisected."""
@@ -232,8 +232,8 @@ class Search:
             entries += [(lowest(v), highest(v)) for v in x]
             return any(root.holds(cell.chart, entries) for root in self.roots)
         place = Place(turned, x)
-        if leaf.node is Node.NO_LENGTH:
-            return place.no_length()
+        if leaf.node in (Node.NO_LENGTH, Node.UNBALANCED) and place.no_length():
+            return True
         if leaf.node is Node.CUT:
             assert leaf.kept is not None
             return all(place.cut_to(k, old, new) for k, (old, new) in enumerate(zip(cell.bounds, leaf.kept.bounds, strict=True)))
