@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from flint import arb, arb_mat, ctx, fmpq
+from flint import arb, arb_mat, ctx
 
 from certificates.balls import BITS, Vector, all_inside, column, hull, inside, minus, norm
 from certificates.polynomials import dot
@@ -51,7 +51,7 @@ def check_pose(
     """
     with ctx.workprec(BITS):
         claimed((listed.family is None) == (not motions), "another family")
-        claimed(all_inside(pose.rotation.entries(), sum(listed.rotation, [])), "rotation")
+        claimed(all_inside(pose.rotation.entries(), [b for row in listed.rotation for b in row]), "rotation")
         origin = pose.centre - pose.rotation * column(problem.centre)
         claimed(all_inside(origin.entries(), listed.position), "position")
         height = -dot(pose.centre.entries(), problem.gravity) / norm(problem.gravity)
@@ -75,8 +75,8 @@ def check_cable(problem: Problem, listed: Listed, i: int, density: arb | None, d
         claimed(inside(distance, listed.distances[i]), f"distance of {name}")
         tension = 0 if density is None else density * distance
     else:
-        # Its length is its distance: compared exactly, since a ball is slightly wider than its range.
-        claimed(fmpq(*low.as_integer_ratio()) <= lo and hi <= fmpq(*high.as_integer_ratio()), f"distance of {name}")
+        # Its length is its distance: a ball would be slightly wider than its range.
+        claimed(arb(low) <= lo and arb(high) >= hi, f"distance of {name}")
         tension = density * hull(lo, hi)
     claimed(state == "undecided" or inside(arb(tension), listed.tensions[i]), f"tension of {name}")
     if state == "taut":

@@ -1,9 +1,9 @@
 """Where the common point of some cables rests: the lowest point, along the load, that their lengths allow.
 
-With a_i = p - A_i and multipliers t_i >= 0 the point p is static when sum t_i a_i = f. Inextensible cables: |a_i| <= l_i,
-and t_i = 0 where |a_i| < l_i. These are the conditions of Karush, Kuhn and Tucker of a convex problem whose
-Lagrangian is strictly convex, so there is one such p at most. Elastic cables: t_i = k_i max(0, 1 - l_i / |a_i|),
-the gradient of a convex energy, whose zero is the only one if it is an isolated one.
+With a_i = p - A_i and multipliers t_i >= 0 the point p is static when sum t_i a_i = f. Inextensible cables:
+|a_i| <= l_i, and t_i = 0 where |a_i| < l_i. These are the conditions of Karush, Kuhn and Tucker of a convex problem
+whose Lagrangian is strictly convex, so there is one such p at most. Elastic cables: t_i is
+k_i max(0, 1 - l_i / |a_i|): the gradient of a convex energy is zero, and an isolated zero is the only one.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ def check_point(problem: Problem, taut: Sequence[int], entry: Any, solutions: li
 
     Without ``ignore_slack`` it is about all cables together, and ``taut`` says whose pose is asked for.
     """
-    (chosen,), proof = pose_indices(entry, solutions, 1)
+    (chosen,), proof = pose_indices(problem, entry, solutions, 1)
     with ctx.workprec(BITS):
         if proof == {"kind": "dependent"}:
             if chosen is not None or not problem.ignore_slack or not is_dependent(problem, taut):
@@ -50,8 +50,12 @@ def check_point(problem: Problem, taut: Sequence[int], entry: Any, solutions: li
     return set() if chosen is None else {chosen}
 
 
-def pose_indices(entry: Any, solutions: list[Listed], count: int) -> tuple[list[int | None], Any]:
+def pose_indices(
+    problem: Problem, entry: Any, solutions: list[Listed], count: int
+) -> tuple[list[int | None], Any]:
     """Return the solutions that an entry points to (None: proved absent), and its proof."""
+    if problem.ignore_tension_sign:
+        raise NotProved("a lowest point says nothing about tensions of any sign")
     chosen, proof = fields(entry, ("poses", "proof"))
     if not isinstance(chosen, list) or len(chosen) != count:
         raise Malformed(f"{count} poses are needed")
@@ -77,7 +81,8 @@ def check_present(problem: Problem, taut: Sequence[int], found: Point | None, li
     if problem.ignore_slack:
         claimed(set(carrying) == set(taut), "the pose of other cables")
     claimed(set(listed.taut) <= set(taut), "other taut cables than asked for")
-    claimed(all(listed.states[i] != "slack" for i in taut) or problem.taut is None, "a slack cable to be taut")
+    slack = problem.taut is not None and any(listed.states[i] == "slack" for i in taut)
+    claimed(not slack, "slack a cable that is asked to be taut")
     check_pose(problem, listed, carrying, Pose(IDENTITY, *found))
 
 
@@ -135,8 +140,9 @@ def square(a: Sequence[fmpq], b: Sequence[fmpq]) -> fmpq:
 def by_duality(problem: Problem, cables: Sequence[int], proof: Any) -> Point:
     """Enclose the lowest point without saying which cables are taut.
 
-    q strictly inside all balls: the point and multipliers exist (Slater). For t >= 0 with sum T the Lagrangian is
-    d + T/2 |p - c|^2, so T/2 |p* - c|^2 <= gap = -f . q - d. All multipliers have t_i (l_i^2 - |q - A_i|^2) <= 2 gap.
+    q strictly inside all balls: the point and multipliers exist (Slater). For t >= 0 with sum T the Lagrangian
+    is d + T/2 |p - c|^2, so T/2 |p* - c|^2 <= gap = -f . q - d. All multipliers have
+    t_i (l_i^2 - |q - A_i|^2) <= 2 gap, as the products of sum t_i (p - A_i) = f with p - q show.
     A normal y bounds t_k by y . f = sum t_i y . (p - A_i).
     """
     _, inner, weights, normals = fields(proof, ("kind", "inner", "densities", "normals"))
@@ -203,7 +209,7 @@ class System:
 
     def slack(self, x: Vector) -> list[bool]:
         """Return which cables are proved shorter than their lengths."""
-        return [bool(norm(a) < l) for a, l in zip(self.arms(x), self.lengths, strict=True)]
+        return [bool(norm(a) < size) for a, size in zip(self.arms(x), self.lengths, strict=True)]
 
     def zero(self, start: Vector) -> Vector:
         """Enclose a zero: the operator maps a box around it strictly into itself, for all lengths."""
@@ -229,7 +235,7 @@ class System:
             if all(m.abs_upper() < r for m, r in zip(moved.entries(), radii, strict=True)):
                 for _ in range(CONTRACTIONS):
                     moved = image([m.abs_upper() for m in moved.entries()])
-                return (x + moved).entries()
+                return list((x + moved).entries())
             radii = [fmpq(5, 4) * m.abs_upper() + e for m, e in zip(moved.entries(), tiny, strict=True)]
         raise NotProved("the lowest point is not proved: no box is mapped into itself")
 
@@ -266,12 +272,12 @@ class Springs(System):
     def constants(self) -> Vector:
         """Return k_i: as given, or axial stiffness / length."""
         given = [s for s in self.stiffness if s is not None]
-        return [k / l if axial else arb(k) for (k, axial), l in zip(given, self.lengths, strict=True)]
+        return [k / size if axial else arb(k) for (k, axial), size in zip(given, self.lengths, strict=True)]
 
     def densities(self, x: Vector) -> Vector:
         """Return the multipliers t."""
         triples = zip(self.constants(), self.arms(x), self.lengths, strict=True)
-        return [k * arb.max(arb(0), 1 - l / norm(a)) for k, a, l in triples]
+        return [k * arb.max(arb(0), 1 - size / norm(a)) for k, a, size in triples]
 
     def equations(self, x: Vector) -> tuple[arb_mat, arb_mat]:
         """Return values and slopes over a box."""

@@ -32,10 +32,13 @@ def check_stability(
     if problem.is_point_mass:
         return listed.stability == "stable"  # a minimum of a convex problem
     form = second_variation(cables)
-    rows = [[*e, *cross(r, e)] for r, e, _ in cables]
+    # Without a tension proved positive a cable may let go: it holds no motion back.
+    holding = [(r, e) for r, e, t in cables if t > 0 or problem.ignore_tension_sign]
+    rows = [[*e, *cross(r, e)] for r, e in holding]
     if listed.stability == "stable":
-        return is_stable(form, arb_mat([*rows, *motions]))
-    return listed.stability == "unstable" and "undecided" not in listed.states and falls(form, arb_mat(rows))
+        return bool(rows) and is_stable(form, arb_mat([*rows, *motions]))
+    decided = len(rows) == len(cables) and "undecided" not in listed.states
+    return listed.stability == "unstable" and decided and falls(form, arb_mat(rows))
 
 
 def second_variation(cables: Sequence[Cable]) -> arb_mat:
