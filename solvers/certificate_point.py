@@ -33,6 +33,8 @@ MOST_PIECES = 64
 """Most parts into which ranges of lengths are cut, as many as the solver uses."""
 WIDENED = 1e-12
 """How much bounds of a family grow, in m and rad: the checker does not find its angle to the last bit."""
+RANGE_SHARE = 0.05
+"""The same where lengths are ranges, as a share of the bounds' width."""
 STEP_BITS = range(140, 20, -10)
 """Steps 2^-k from the pose towards the deepest point that are tried to get strictly inside all balls."""
 HOPELESS = "no proof of the lowest point passes the checker"
@@ -46,7 +48,7 @@ def point_entry(problem: Problem, options: Options, taut: Sequence[int], solutio
     problem, options
         The question. For a point mass without ``ignore_slack``, ``taut`` is the subset asked for or all cables.
     solutions
-        As listed in the certificate, in its order: those of families `widened`.
+        As listed in the certificate, in its order, `widened`.
     """
     question = certificate_question(problem, options)
     listed = [listed_solution(s) for s in solutions]
@@ -261,24 +263,29 @@ def middles(bounds: Bounds) -> Bounds:
     return np.asarray(0.5 * bounds[..., 0] + 0.5 * bounds[..., 1])
 
 
-def widened(solution: Solution) -> Solution:
-    """Return a family's solution with slightly wider bounds, so that the checker may choose its own angle."""
+def widened(solution: Solution, ranges: bool = False) -> Solution:
+    """Return a solution with bounds that are a little wider, so that the checker's own enclosure fits in.
+
+    Needed of families, whose angle the checker does not find to the last bit, and where lengths are
+    ``ranges``: there the width of an enclosure depends on how it is computed.
+    """
     family = solution.family
-    if family is None:
+    if family is None and not ranges:
         return solution
-    fields = {
-        name: wider(getattr(solution, name))
-        for name in ("position", "rotation", "height", "tensions", "distances")
-    }
-    names = ("axis_point", "axis_direction", "angle_ranges")
-    parts = {name: None if getattr(family, name) is None else wider(getattr(family, name)) for name in names}
-    return replace(solution, **fields, family=replace(family, **parts))
+    share = RANGE_SHARE if ranges else 0.0
+    names = ("position", "height", "tensions", "distances", *(("rotation",) if family else ()))
+    fields = {name: wider(getattr(solution, name), share) for name in names}
+    if family is not None:
+        names = ("axis_point", "axis_direction", "angle_ranges")
+        parts = {n: wider(getattr(family, n), share) for n in names if getattr(family, n) is not None}
+        family = replace(family, **parts)
+    return replace(solution, **fields, family=family)
 
 
-def wider(bounds: Bounds) -> Bounds:
-    """Return bounds (..., 2) that have grown a little on both sides."""
-    by = WIDENED * (1.0 + np.abs(bounds))
-    return np.stack([bounds[..., 0] - by[..., 0], bounds[..., 1] + by[..., 1]], axis=-1)
+def wider(bounds: Bounds, share: float) -> Bounds:
+    """Return bounds (..., 2) that have grown on both sides, by a share of their width and a little more."""
+    by = WIDENED * (1.0 + np.abs(bounds).max(axis=-1)) + share * (bounds[..., 1] - bounds[..., 0])
+    return np.stack([bounds[..., 0] - by, bounds[..., 1] + by], axis=-1)
 
 
 def certificate_question(problem: Problem, options: Options) -> Question:
