@@ -1,8 +1,8 @@
 """Where the common point of some cables rests: the lowest point, along the load, that their lengths allow.
 
 With a_i = p - A_i and multipliers t_i >= 0 the point p is static when sum t_i a_i = f. Inextensible cables:
-|a_i| <= l_i, and t_i = 0 where |a_i| < l_i. These are the conditions of Karush, Kuhn and Tucker of a convex problem
-whose Lagrangian is strictly convex, so there is one such p at most. Elastic cables: t_i is
+|a_i| <= l_i, and t_i = 0 where |a_i| < l_i. These are the conditions of Karush, Kuhn and Tucker of a convex
+problem whose Lagrangian is strictly convex, so there is one such p at most. Elastic cables: t_i is
 k_i max(0, 1 - l_i / |a_i|): the gradient of a convex energy is zero, and an isolated zero is the only one.
 """
 
@@ -140,7 +140,7 @@ def square(a: Sequence[fmpq], b: Sequence[fmpq]) -> fmpq:
 def by_duality(problem: Problem, cables: Sequence[int], proof: Any) -> Point:
     """Enclose the lowest point without saying which cables are taut.
 
-    q strictly inside all balls: the point and multipliers exist (Slater). For t >= 0 with sum T the Lagrangian
+    q strictly inside all balls: point and multipliers exist (Slater). For t >= 0 with sum T the Lagrangian
     is d + T/2 |p - c|^2, so T/2 |p* - c|^2 <= gap = -f . q - d. All multipliers have
     t_i (l_i^2 - |q - A_i|^2) <= 2 gap, as the products of sum t_i (p - A_i) = f with p - q show.
     A normal y bounds t_k by y . f = sum t_i y . (p - A_i).

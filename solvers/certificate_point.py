@@ -25,7 +25,7 @@ from solvers.point_mass_convex import NoPose, Unproved, find_pose, part_of
 from solvers.point_mass_emptiness import deepest_point
 from solvers.point_mass_entry import Fields
 from solvers.point_mass_model import RobotArrays, length_bounds, robot_arrays
-from solvers.problem import LengthRange, Options, Problem
+from solvers.problem import Options, Problem
 from solvers.result import Bounds, CableState, Solution
 
 Json = dict[str, Any]
@@ -66,33 +66,45 @@ def point_entry(problem: Problem, options: Options, taut: Sequence[int], solutio
         return True
 
     with ctx.workprec(BITS):
-        for poses in choices(problem, cables, solutions):
+        for poses in choices(problem, options, writer, solutions):
             pieces = [MOST_PIECES]
-            proof = writer.proof(question, lambda part, proof, poses=poses: accepts(part, poses, proof), pieces)
+            proof = writer.proof(
+                question, lambda part, proof, poses=poses: accepts(part, poses, proof), pieces
+            )
             if proof is not None:
                 return {"poses": poses, "proof": proof}
     return {"pending": HOPELESS}
 
 
 def choices(
-    problem: Problem, cables: tuple[int, ...], solutions: list[Solution]
+    problem: Problem, options: Options, writer: Writer, solutions: list[Solution]
 ) -> Iterator[list[int | None]]:
     """Yield what an entry may point to, likely ones first."""
     if problem.robot.is_point_mass:
-        for k, s in enumerate(solutions):
-            if set(s.taut) <= set(cables):
-                yield [k]
+        if not options.ignore_slack:
+            yield [0] if solutions else [None]
+            return
+        finding = writer.finding(certificate_question(problem, options))
+        if isinstance(finding, Fields):
+            yield from ([k] for k, s in enumerate(solutions) if meet(finding.position, s.position))
         yield [None]
         return
-    one_point = any(problem.anchors_from_centre[cables[0]])
+    cables = writer.cables
     fitting = [
         k
         for k, s in enumerate(solutions)
-        if s.family is not None and all((s.cable_states[i] is not CableState.SLACK) for i in cables)
+        if s.family is not None
         and set(s.taut) <= set(cables)
+        and all(s.cable_states[i] is not CableState.SLACK for i in cables)
     ]
+    one_point = any(problem.anchors_from_centre[cables[0]])
     sides = product([*fitting, None], repeat=2 if one_point else 1)
     yield from (list(side) for side in sides)
+
+
+def meet(a: Bounds, b: Bounds) -> bool:
+    """Return True when two boxes (3, 2) meet or nearly do."""
+    return bool((wider(a, 0.0)[:, 0] <= b[:, 1]).all() and (b[:, 0] <= wider(a, 0.0)[:, 1]).all())
 
 
 class Writer:
@@ -117,16 +129,22 @@ class Writer:
             )
             self.arrays = robot_arrays(Problem(part, (), problem.external_force))
 
+    def bounds(self, question: Question) -> Bounds:
+        """Return the lengths of the cables as doubles, (n, 2)."""
+        return length_bounds(
+            [(fraction(lo), fraction(hi)) for lo, hi in map(question.lengths.__getitem__, self.cables)]
+        )
+
+    def finding(self, question: Question) -> Fields | NoPose | Unproved:
+        """Return what the solver says of the cables."""
+        return find_pose(self.arrays, self.bounds(question))
+
     def proof(
         self, question: Question, accepts: Callable[[Question, Json], bool], pieces: list[int]
     ) -> Json | None:
         """Return an accepted proof, cutting length ranges in halves; None where there is none."""
         pieces[0] -= 1
-        ranges: list[LengthRange] = [
-            (Fraction(int(lo.p), int(lo.q)), Fraction(int(hi.p), int(hi.q))) for lo, hi in question.lengths
-        ]
-        bounds = length_bounds([ranges[i] for i in self.cables])
-        finding = find_pose(self.arrays, bounds)
+        bounds, finding = self.bounds(question), self.finding(question)
         for proof in self.attempts(question, finding):
             if accepts(question, proof):
                 return proof
@@ -190,12 +208,10 @@ class Writer:
                 }
         return None
 
-    def held(
-        self, question: Question, few: list[int], start: Bounds
-    ) -> tuple[list[fmpq], list[fmpq]] | None:
+    def held(self, question: Question, few: list[int], start: Bounds) -> tuple[list[fmpq], list[fmpq]] | None:
         """Return the point and multipliers of a few cables alone, in many digits; None unless all carry."""
-        arms = np.array([[start[j] - float(Fraction(str(question.exits[i][j]))) for j in range(3)] for i in few]).T
-        load = np.array([float(Fraction(str(x))) for x in question.load])
+        arms = np.array([[start[j] - float(fraction(question.exits[i][j])) for j in range(3)] for i in few]).T
+        load = np.array([float(fraction(x)) for x in question.load])
         t = np.linalg.lstsq(arms, load, rcond=None)[0]
         try:
             x = Strings(question, few).zero([arb(v) for v in [*start.tolist(), *t.tolist()]])
@@ -208,7 +224,7 @@ class Writer:
         """Return a point near the given one that is strictly inside all balls."""
         exits = np.array([[float(x) for x in c.frame_anchor] for c in self.arrays.robot.cables])
         shortest = [question.lengths[i][0] for i in self.cables]
-        _, deep = deepest_point(exits, np.array([float(Fraction(str(x))) for x in shortest]))
+        _, deep = deepest_point(exits, np.array([float(fraction(x)) for x in shortest]))
         towards = [fmpq(*float(d).as_integer_ratio()) - p for d, p in zip(deep, point, strict=True)]
         for bits in STEP_BITS:
             q = [p + d / 2**bits for p, d in zip(point, towards, strict=True)]
@@ -253,6 +269,11 @@ def rational(x: arb) -> fmpq:
     return fmpq(mantissa) * fmpq(2) ** int(exponent)
 
 
+def fraction(x: fmpq) -> Fraction:
+    """Return the same number."""
+    return Fraction(int(x.p), int(x.q))
+
+
 def text(x: float) -> str:
     """Return a double as the shortest decimal that restores it."""
     return repr(float(x))
@@ -274,10 +295,10 @@ def widened(solution: Solution, ranges: bool = False) -> Solution:
         return solution
     share = RANGE_SHARE if ranges else 0.0
     names = ("position", "height", "tensions", "distances", *(("rotation",) if family else ()))
-    fields = {name: wider(getattr(solution, name), share) for name in names}
+    fields: Json = {name: wider(getattr(solution, name), share) for name in names}
     if family is not None:
         names = ("axis_point", "axis_direction", "angle_ranges")
-        parts = {n: wider(getattr(family, n), share) for n in names if getattr(family, n) is not None}
+        parts: Json = {n: wider(getattr(family, n), share) for n in names if getattr(family, n) is not None}
         family = replace(family, **parts)
     return replace(solution, **fields, family=family)
 
@@ -291,7 +312,7 @@ def wider(bounds: Bounds, share: float) -> Bounds:
 def certificate_question(problem: Problem, options: Options) -> Question:
     """Return the problem as the checker reads it from a certificate."""
     robot = problem.robot
-    stiffness = []
+    stiffness: list[tuple[fmpq, bool] | None] = []
     for cable in robot.cables:
         elasticity = cable.elasticity
         if elasticity is None:
