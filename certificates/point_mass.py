@@ -195,8 +195,8 @@ class System:
         self.scales = [problem.lengths[i][1] ** 3 / sum(map(abs, problem.load)) for i in cables]
         self.stiffness = [problem.stiffness[i] for i in cables]
 
-    def equations(self, x: Vector) -> tuple[arb_mat, arb_mat]:
-        """Return values and slopes over a box."""
+    def equations(self, x: Vector, axes: arb_mat) -> tuple[arb_mat, arb_mat]:
+        """Return values over a box, and slopes along the columns of ``axes``."""
         raise NotImplementedError
 
     def densities(self, x: Vector) -> Vector:
@@ -213,30 +213,30 @@ class System:
 
     def zero(self, start: Vector) -> Vector:
         """Enclose a zero: the operator maps a box around it strictly into itself, for all lengths."""
-        x = column(start)
+        x, n = column(start), len(start)
+        unity = arb_mat([[int(i == j) for j in range(n)] for i in range(n)])
         for _ in range(NEWTON_STEPS):
-            value, slope = self.equations(x.entries())
+            value, slope = self.equations(x.entries(), unity)
             x = (x - slope.mid().solve(value.mid())).mid()
-        value, slope = self.equations(x.entries())
+        value, slope = self.equations(x.entries(), unity)
         inverse = slope.mid().inv().mid()
-        shift = inverse * value
 
-        def image(radii: Vector) -> arb_mat:
-            """Return where zeros of the box x +- radii are, relative to x."""
-            box = column([hull(-r, r) for r in radii])
-            slope = self.equations((x + box).entries())[1]
-            return (slope_free - inverse * slope) * box - shift
+        def image(radii: Vector) -> Vector:
+            """Return how far from x the operator takes x + inverse y, |y| <= radii, in the same coordinates."""
+            y = column([hull(-r, r) for r in radii])
+            moved = (unity - self.equations((x + inverse * y).entries(), inverse)[1]) * y - value
+            return [m.abs_upper() for m in moved.entries()]
 
-        slope_free = arb_mat([[int(i == j) for j in range(len(start))] for i in range(len(start))])
-        tiny = [(abs(v) + 1).mid() * fmpq(1, 2**120) for v in x.entries()]
-        radii = [2 * s.abs_upper() + e for s, e in zip(shift.entries(), tiny, strict=True)]
+        sizes = [sum((abs(slope[i, j] * x[j, 0]).mid() for j in range(n)), arb(1)) for i in range(n)]
+        tiny = [size * fmpq(1, 2**120) for size in sizes]
+        radii = [(2 * v.abs_upper() + e).mid() for v, e in zip(value.entries(), tiny, strict=True)]
         for _ in range(INFLATIONS):
             moved = image(radii)
-            if all(m.abs_upper() < r for m, r in zip(moved.entries(), radii, strict=True)):
+            if all(m < r for m, r in zip(moved, radii, strict=True)):
                 for _ in range(CONTRACTIONS):
-                    moved = image([m.abs_upper() for m in moved.entries()])
-                return list((x + moved).entries())
-            radii = [fmpq(5, 4) * m.abs_upper() + e for m, e in zip(moved.entries(), tiny, strict=True)]
+                    moved = image(moved)
+                return list((x + inverse * column([hull(-m, m) for m in moved])).entries())
+            radii = [(fmpq(5, 4) * m + e).mid() for m, e in zip(moved, tiny, strict=True)]
         raise NotProved("the lowest point is not proved: no box is mapped into itself")
 
 
@@ -252,17 +252,19 @@ class Strings(System):
         """Return the multipliers t."""
         return x[3:]
 
-    def equations(self, x: Vector) -> tuple[arb_mat, arb_mat]:
-        """Return values and slopes over a box."""
-        arms, t, n = self.arms(x), x[3:], len(x) - 3
+    def equations(self, x: Vector, axes: arb_mat) -> tuple[arb_mat, arb_mat]:
+        """Return values over a box, and slopes along the columns of ``axes``."""
+        arms, t = self.arms(x), x[3:]
         values = [dot(t, part) - f for part, f in zip(zip(*arms, strict=True), self.load, strict=True)]
         total = sum(t, arb(0))
-        slopes = [[total if j == k else arb(0) for k in range(3)] + [a[j] for a in arms] for j in range(3)]
+        rows = [[total if j == k else arb(0) for k in range(3)] + [a[j] for a in arms] for j in range(3)]
+        slopes = (arb_mat(rows) * axes).tolist()
         for k, (a, length, scale) in enumerate(zip(arms, self.lengths, self.scales, strict=True)):
             room, push = (length**2 - dot(a, a)) / 2, scale * t[k]
-            share = open_share(push - room)
             values.append(arb.min(room, push))
-            slopes.append([-share * v for v in a] + [(1 - share) * scale if i == k else 0 for i in range(n)])
+            along = [[-dot(a, axis[:3]), scale * axis[3 + k]] for axis in axes.transpose().tolist()]
+            share = open_share(push - room)
+            slopes.append([p + share * (r - p) for r, p in along])
         return column(values), arb_mat(slopes)
 
 
@@ -279,12 +281,12 @@ class Springs(System):
         triples = zip(self.constants(), self.arms(x), self.lengths, strict=True)
         return [k * arb.max(arb(0), 1 - size / norm(a)) for k, a, size in triples]
 
-    def equations(self, x: Vector) -> tuple[arb_mat, arb_mat]:
-        """Return values and slopes over a box."""
+    def equations(self, x: Vector, axes: arb_mat) -> tuple[arb_mat, arb_mat]:
+        """Return values over a box, and slopes along the columns of ``axes``."""
         arms, t = self.arms(x), self.densities(x)
         values = [dot(t, part) - f for part, f in zip(zip(*arms, strict=True), self.load, strict=True)]
         slopes = IDENTITY * sum(t, arb(0))
         for k, a, length in zip(self.constants(), arms, self.lengths, strict=True):
             rho = norm(a)
             slopes += column(a) * column(a).transpose() * (open_share(rho - length) * k * length / rho**3)
-        return column(values), slopes
+        return column(values), slopes * axes

@@ -199,7 +199,7 @@ class Writer:
                 for k, value in zip(few, t, strict=True):
                     weights[k] = value
                 arms = {k: minus(point, exits[k]) for k in near}
-                normals = [normal(k, arms) if k in finding.taut else None for k in range(len(self.cables))]
+                normals = [normal(k, arms) if k in near else None for k in range(len(self.cables))]
                 return {
                     "kind": "duality",
                     "inner": [str(x) for x in inner],
