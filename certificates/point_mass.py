@@ -172,44 +172,57 @@ def by_duality(problem: Problem, cables: Sequence[int], proof: Any) -> Point:
 
 
 def by_newton(problem: Problem, cables: Sequence[int], proof: Any) -> Point:
-    """Enclose the lowest point by a Krawczyk operator, from a start (p, t of inextensible cables)."""
-    elastic = problem.stiffness[cables[0]] is not None
-    start = exacts(fields(proof, ("kind", "start"))[1], 3 if elastic else 3 + len(cables))
-    system = Springs(problem, cables) if elastic else Strings(problem, cables)
+    """Enclose the lowest point by a Krawczyk operator, from a start x = (p, t)."""
+    start, scale = fields(proof, ("kind", "start", "scale"))[1:]
+    system = System(problem, cables, exact(scale))
     try:
-        x = system.zero([arb(v) for v in start])
+        x = system.zero([arb(v) for v in exacts(start, 3 + len(cables))])
     except ZeroDivisionError:
         raise NotProved("the lowest point is not proved: singular") from None
-    slack = system.slack(x)
-    densities = zip(cables, system.densities(x), slack, strict=True)
-    return column(x[:3]), {i: t for i, t, s in densities if not s}
+    sizes = [norm(a) for a in system.arms(x)]
+    may_carry = [not r < problem.lengths[i][0] for i, r in zip(cables, sizes, strict=True)]
+    return column(x[:3]), {i: t for i, t, m in zip(cables, x[3:], may_carry, strict=True) if m}
 
 
 class System:
-    """Equations whose zeros are the lowest points; slopes hold for any two points of a box."""
+    """The equations in x = (p, t): sum t_i a_i = f, and one for each cable.
 
-    def __init__(self, problem: Problem, cables: Sequence[int]) -> None:
+    Inextensible: min(s t_i, (l_i^2 - |a_i|^2) / 2) = 0 with any s > 0. Elastic: t_i = k_i max(0, 1 - l_i / |a_i|).
+    """
+
+    def __init__(self, problem: Problem, cables: Sequence[int], scale: fmpq) -> None:
+        if not scale > 0:
+            raise Malformed("a scale must be positive")
         self.load = problem.load
         self.exits = [problem.exits[i] for i in cables]
         self.lengths = [hull(*problem.lengths[i]) for i in cables]
-        self.scales = [problem.lengths[i][1] ** 3 / sum(map(abs, problem.load)) for i in cables]
+        self.scales = [scale * problem.lengths[i][1] ** 3 / sum(map(abs, problem.load)) for i in cables]
         self.stiffness = [problem.stiffness[i] for i in cables]
-
-    def equations(self, x: Vector, axes: arb_mat) -> tuple[arb_mat, arb_mat]:
-        """Return values over a box, and slopes along the columns of ``axes``."""
-        raise NotImplementedError
-
-    def densities(self, x: Vector) -> Vector:
-        """Return the multipliers t."""
-        raise NotImplementedError
 
     def arms(self, x: Vector) -> list[Vector]:
         """Return a_i = p - A_i."""
         return [minus(x[:3], a) for a in self.exits]
 
-    def slack(self, x: Vector) -> list[bool]:
-        """Return which cables are proved shorter than their lengths."""
-        return [bool(norm(a) < size) for a, size in zip(self.arms(x), self.lengths, strict=True)]
+    def equations(self, x: Vector, axes: arb_mat) -> tuple[arb_mat, arb_mat]:
+        """Return values over a box, and slopes between any two of its points along the columns of ``axes``."""
+        arms, t, directions = self.arms(x), x[3:], axes.transpose().tolist()
+        values = [dot(t, part) - f for part, f in zip(zip(*arms, strict=True), self.load, strict=True)]
+        total = sum(t, arb(0))
+        rows = [[total if j == k else arb(0) for k in range(3)] + [a[j] for a in arms] for j in range(3)]
+        slopes = (arb_mat(rows) * axes).tolist()
+        for k, (a, length, spring) in enumerate(zip(arms, self.lengths, self.stiffness, strict=True)):
+            if spring is None:
+                room, push = (length**2 - dot(a, a)) / 2, self.scales[k] * t[k]
+                share = open_share(push - room)
+                along = [(-dot(a, d[:3]), self.scales[k] * d[3 + k]) for d in directions]
+                values.append(arb.min(room, push))
+                slopes.append([p + share * (r - p) for r, p in along])
+            else:
+                constant, rho = (spring[0] / length if spring[1] else arb(spring[0])), norm(a)
+                change = open_share(rho - length) * constant * length / rho**3
+                values.append(constant * arb.max(arb(0), 1 - length / rho) - t[k])
+                slopes.append([change * dot(a, d[:3]) - d[3 + k] for d in directions])
+        return column(values), arb_mat(slopes)
 
     def zero(self, start: Vector) -> Vector:
         """Enclose a zero: the operator maps a box around it strictly into itself, for all lengths."""
@@ -243,50 +256,3 @@ class System:
 def open_share(x: arb) -> arb:
     """Return 1 where x > 0, 0 where x < 0, else [0, 1]."""
     return arb(1) if x > 0 else arb(0) if x < 0 else hull(0, 1)
-
-
-class Strings(System):
-    """Inextensible cables: x = (p, t) with sum t_i a_i = f and min(s t_i, (l_i^2 - |a_i|^2) / 2) = 0."""
-
-    def densities(self, x: Vector) -> Vector:
-        """Return the multipliers t."""
-        return x[3:]
-
-    def equations(self, x: Vector, axes: arb_mat) -> tuple[arb_mat, arb_mat]:
-        """Return values over a box, and slopes along the columns of ``axes``."""
-        arms, t = self.arms(x), x[3:]
-        values = [dot(t, part) - f for part, f in zip(zip(*arms, strict=True), self.load, strict=True)]
-        total = sum(t, arb(0))
-        rows = [[total if j == k else arb(0) for k in range(3)] + [a[j] for a in arms] for j in range(3)]
-        slopes = (arb_mat(rows) * axes).tolist()
-        for k, (a, length, scale) in enumerate(zip(arms, self.lengths, self.scales, strict=True)):
-            room, push = (length**2 - dot(a, a)) / 2, scale * t[k]
-            values.append(arb.min(room, push))
-            along = [[-dot(a, axis[:3]), scale * axis[3 + k]] for axis in axes.transpose().tolist()]
-            share = open_share(push - room)
-            slopes.append([p + share * (r - p) for r, p in along])
-        return column(values), arb_mat(slopes)
-
-
-class Springs(System):
-    """Elastic cables: x = p with sum k_i max(0, 1 - l_i / |a_i|) a_i = f."""
-
-    def constants(self) -> Vector:
-        """Return k_i: as given, or axial stiffness / length."""
-        given = [s for s in self.stiffness if s is not None]
-        return [k / size if axial else arb(k) for (k, axial), size in zip(given, self.lengths, strict=True)]
-
-    def densities(self, x: Vector) -> Vector:
-        """Return the multipliers t."""
-        triples = zip(self.constants(), self.arms(x), self.lengths, strict=True)
-        return [k * arb.max(arb(0), 1 - size / norm(a)) for k, a, size in triples]
-
-    def equations(self, x: Vector, axes: arb_mat) -> tuple[arb_mat, arb_mat]:
-        """Return values over a box, and slopes along the columns of ``axes``."""
-        arms, t = self.arms(x), self.densities(x)
-        values = [dot(t, part) - f for part, f in zip(zip(*arms, strict=True), self.load, strict=True)]
-        slopes = IDENTITY * sum(t, arb(0))
-        for k, a, length in zip(self.constants(), arms, self.lengths, strict=True):
-            rho = norm(a)
-            slopes += column(a) * column(a).transpose() * (open_share(rho - length) * k * length / rho**3)
-        return column(values), slopes * axes

@@ -17,7 +17,7 @@ from flint import arb, arb_mat, ctx, fmpq
 from cdpr_interval.robots.model import Cable, Platform, Robot
 from certificates.balls import BITS, column, minus
 from certificates.families import check_one_point_family
-from certificates.point_mass import Strings, check_point
+from certificates.point_mass import System, check_point
 from certificates.problem import Listed, Turning
 from certificates.problem import Problem as Question
 from certificates.verdicts import Malformed, NotProved
@@ -175,8 +175,8 @@ class Writer:
         start = middles(finding.position) + [float(x) for x in self.arrays.robot.platform.centre_of_mass]
         densities = middles(finding.tensions) / middles(finding.distances)
         elastic = question.stiffness[self.cables[0]] is not None
-        numbers = start if elastic else np.concatenate([start, densities])
-        yield {"kind": "newton", "start": [text(x) for x in numbers.tolist()]}
+        numbers = [text(x) for x in [*start.tolist(), *densities.tolist()]]
+        yield {"kind": "newton", "start": numbers, "scale": "1"}
         if not elastic:
             dual = self.duality(question, finding, start)
             if dual is not None:
@@ -214,7 +214,7 @@ class Writer:
         load = np.array([float(fraction(x)) for x in question.load])
         t = np.linalg.lstsq(arms, load, rcond=None)[0]
         try:
-            x = Strings(question, few).zero([arb(v) for v in [*start.tolist(), *t.tolist()]])
+            x = System(question, few, fmpq(1)).zero([arb(v) for v in [*start.tolist(), *t.tolist()]])
         except (NotProved, ZeroDivisionError):
             return None
         values = [rational(v) for v in x]
