@@ -25,7 +25,7 @@ Point = tuple[arb_mat, dict[int, arb]]
 """The point (3, 1), and t_i of the cables that are not proved slack there."""
 IDENTITY = arb_mat(3, 3, [1, 0, 0, 0, 1, 0, 0, 0, 1])
 NEWTON_STEPS = 12
-INFLATIONS = 12
+INFLATIONS = 40
 CONTRACTIONS = 6
 MOST_CUTS = 40
 

@@ -119,8 +119,20 @@ def test_a_cable_that_is_only_just_taut():
 def test_taut_sets_that_change_over_a_range():
     found = case(robot([(-3, 0, 0), (3, 0, 0), (0, 3, 0)]), ["5", "5", "5+-0.001"])
     assert found.listed[0].states[2] == "undecided"
+    assert set(found.entry) == {"pending"}
+    start = ["0", "0.0008", "-4", "12.2", "12.2", "0.007"]
+    entry = {"poses": [0], "proof": {"kind": "newton", "start": start, "scale": "1"}}
+    one = found.listed[0]
+    wide = {
+        "position": [(lo - 0.01, hi + 0.01) for lo, hi in one.position],
+        "height": (one.height[0] - 0.01, one.height[1] + 0.01),
+        "tensions": [(lo - 1, hi + 1) for lo, hi in one.tensions],
+        "distances": [(lo - 0.01, hi + 0.01) for lo, hi in one.distances],
+    }
+    found = replace(found.other(**wide), entry=entry)
     assert found.check() == {0}
     refused(found.other(states=("taut", "taut", "slack")))
+    refused(found.other(states=("taut", "taut", "taut"), taut=(0, 1, 2)))
 
 
 def test_dependent_subsets_alone():
@@ -246,6 +258,8 @@ def test_numbers():
         lambda e: e["proof"].update(start=e["proof"]["start"][:-1]),
         lambda e: e["proof"].update(start=[0.5] * 7),
         lambda e: e["proof"].update(more=1),
+        lambda e: e["proof"].update(scale="0"),
+        lambda e: e["proof"].update(scale="-1"),
     ],
 )
 def test_malformed_entries(merlet, change):
@@ -260,6 +274,6 @@ def test_a_bad_start_proves_nothing_false(merlet):
     wrong = merlet.other(position=[(lo + 1e-6, hi + 1e-6) for lo, hi in merlet.listed[0].position])
     for _ in range(30):
         start = [repr(rng.uniform(-300, 300)) for _ in range(7)]
-        entry = {"poses": [0], "proof": {"kind": "newton", "start": start}}
+        entry = {"poses": [0], "proof": {"kind": "newton", "start": start, "scale": "1"}}
         with pytest.raises(NotProved):
             check_point(wrong.problem, wrong.taut, entry, wrong.listed)
