@@ -39,7 +39,9 @@ class Case:
         return replace(self, problem=replace(self.problem, **fields))
 
 
-def case(robot: Robot, lengths: Any, taut: Any = None, subset: Any = None, force: Any = None, **options: Any) -> Case:
+def case(
+    robot: Robot, lengths: Any, taut: Any = None, subset: Any = None, force: Any = None, **options: Any
+) -> Case:
     """Ask, and write the entry of one subset."""
     chosen = Options(**options)
     problem = pose_problem(robot, lengths, taut, force, chosen)

@@ -37,7 +37,7 @@ def refused(found, kind=NotProved):
         ("merlet_4_1", "1,1,1,1", {}, "weights"),
         ("merlet_4_1_k100", "2.9,2.9,4.1,4.1", {}, "newton"),
         ("merlet_4_1_k1000", "2.9,2.9,4.1,4.1", {"taut": (0, 1, 2, 3)}, "newton"),
-        ("merlet_4_1_k100", "2.9+-0.01,2.9,4.1,4.1", {}, "parts"),
+        ("merlet_4_1_k100", "2.9+-0.03,2.9,4.1,4.1", {}, "parts"),
         ("merlet_4_1", MERLET, {"taut": (0, 2, 3)}, "newton"),
         ("merlet_4_1", MERLET, {"taut": (0, 2)}, "newton"),
         ("merlet_4_1", MERLET, {"taut": (0, 1, 2)}, "newton"),
@@ -216,7 +216,7 @@ def test_duality_needs_a_strictly_inner_point_and_non_negative_multipliers():
 
 
 def test_parts_must_cover_the_range():
-    found = case(load_robot("merlet_4_1_k100"), "2.9+-0.01,2.9,4.1,4.1")
+    found = case(load_robot("merlet_4_1_k100"), "2.9+-0.03,2.9,4.1,4.1")
     proof = found.entry["proof"]
     assert proof["kind"] == "parts"
     for change in ({"at": "3"}, {"at": "2.8"}, {"cable": 4}, {"cable": -1}, {"parts": proof["parts"][:1]}):
@@ -230,7 +230,9 @@ def test_parts_must_cover_the_range():
     refused(found.asks(lengths=wide))
 
 
-@pytest.mark.parametrize("text", ["", "1_0", " 1", "nan", "inf", "1e9999", "1/0", "0x1p3", "--1", "1/-2", None, 1.5, 3])
+@pytest.mark.parametrize(
+    "text", ["", "1_0", " 1", "nan", "inf", "1e9999", "1/0", "0x1p3", "--1", "1/-2", None, 1.5, 3]
+)
 def test_numbers_that_are_none(text):
     with pytest.raises(Malformed):
         exact(text)
