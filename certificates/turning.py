@@ -18,7 +18,7 @@ from certificates.polynomials import cross, dot
 from certificates.problem import Listed, Problem
 from certificates.verdicts import NotProved
 
-MOST_PIECES = 20000
+MOST_PIECES = 5000
 """Most pieces into which one range of angles is cut; two cables that change roles need about a hundred."""
 
 

@@ -17,7 +17,7 @@ from tests.point_certificates import case, robot
 SEED = 20261124
 EXITS = [(0, 0, 3), (2.5, 0.5, 3), (-2, 1.5, 3.5), (0.5, -2.5, 2.5)]
 POINTS = [(0.3, -0.2, 0.4), (1.5, 0.2, 0.1), (-1.2, 0.9, 0.2), (0.2, -1.4, 0.3)]
-LENGTHS = ["3.2", "5.3", "5.6", "5.6"]
+LENGTHS = ["3.2", "5.2", "9", "4.2"]
 
 
 def family(lengths=LENGTHS, taut=(0,), points=POINTS, exits=EXITS, **options):
@@ -94,21 +94,25 @@ def test_wide_ends_claim_less(swing):
 
 
 def test_two_ranges():
+    found = family(["3.2", "5", "9", "4.2"])
+    assert found.check() == {0, 1}
+    first, second = found.listed[1].family.angle_ranges
+    for ranges in ([first], [second], [second, (second[1], first[0])]):
+        refused(with_family(found, 1, angle_ranges=ranges))
+    assert with_family(found, 1, angle_ranges=[second, first]).check() == {0, 1}
+
+
+def test_random_families_are_proved():
     print("seed", SEED)
     rng = random.Random(SEED)
-    seen = 0
-    for _ in range(60):
+    counts = set()
+    for _ in range(25):
         points = [POINTS[0], *([rng.uniform(-2, 2), rng.uniform(-2, 2), 0.1] for _ in range(3))]
-        found = family(["3.2", *(f"{rng.uniform(5, 6):.3f}" for _ in range(3))], points=points)
-        if found.result.outcome != "complete":
-            continue
-        assert found.check() == set(range(len(found.listed)))
-        for k, one in enumerate(found.listed):
-            if len(one.family.angle_ranges) == 2:
-                seen += 1
-                refused(with_family(found, k, angle_ranges=one.family.angle_ranges[:1]))
-                refused(with_family(found, k, angle_ranges=one.family.angle_ranges[1:]))
-    assert seen
+        found = family(["3.2", *(f"{rng.uniform(3.5, 6):.3f}" for _ in range(3))], points=points)
+        if found.result.outcome == "complete":
+            assert found.check() == set(range(len(found.listed)))
+            counts.add(len(found.listed))
+    assert counts == {0, 1, 2}
 
 
 def test_the_axis(swing):
@@ -162,13 +166,13 @@ def test_cables_that_end_elsewhere(swing):
 
 def test_two_cables_in_one_point():
     points = [POINTS[0], POINTS[0], *POINTS[2:]]
-    found = family(["3.9", "3.9", "5.3", "5.3"], (0, 1), points)
+    found = family(["3.9", "3.9", "9", "9"], (0, 1), points)
     assert found.check() == set(range(len(found.listed))) == {0, 1}
     assert found.listed[0].states[:2] == ("taut", "taut")
     short = family(["1", "1", "5.3", "5.3"], (0, 1), points)
     assert short.entry["proof"]["kind"] == "weights"
     assert short.check() == set()
-    loose = family(["3.9", "6", "5.3", "5.3"], (0, 1), points)
+    loose = family(["3.9", "6", "9", "9"], (0, 1), points)
     assert loose.entry["proof"]["kind"] == "newton"
     assert loose.entry["poses"] == [None, None]
     assert loose.check() == set()
@@ -176,7 +180,7 @@ def test_two_cables_in_one_point():
 
 
 def test_no_angle_leaves_the_others_slack():
-    short = family(["3.2", "1", "5.6", "5.6"])
+    short = family(["3.2", "1", "9", "9"])
     assert short.entry["poses"] == [None, None]
     assert short.check() == set()
     one = family(["3.2", "4.1", "4.6", "3.6"])
@@ -211,8 +215,6 @@ def test_all_rotations():
     assert found.listed[0].family.kind == "all-rotations"
     assert found.check() == {0}
     lengths = found.problem.lengths
-    pose = arb(0)
-    del pose
     for length in (fmpq(35, 10), fmpq(39, 10)):
         refused(found.asks(lengths=[lengths[0], (length, length), *lengths[2:]]))
     refused(replace(found, entry={**found.entry, "poses": [None]}))
@@ -277,15 +279,12 @@ def test_a_circle_is_the_distance(turning):
 
 def test_ends_are_tight(turning):
     problem, pose, point, up = turning
-    ends = end_poses(problem, (0,), 2, pose, point, up)
-    assert len(ends) == 2
     with ctx.workprec(200):
-        lengths = [norm(spoke(problem, end, 2)[1]) for end in ends]
-        assert all(abs(x - fmpq(56, 10)) < 1e-30 for x in lengths) or not lengths[0].is_finite()
         near = replace(
             problem, lengths=[*problem.lengths[:2], (lengths_at(problem, pose, 2),) * 2, problem.lengths[3]]
         )
         ends = end_poses(near, (0,), 2, pose, point, up)
+        assert len(ends) == 2
         found = [norm(spoke(near, end, 2)[1]) for end in ends]
         assert all(abs(x - near.lengths[2][0]) < 1e-12 for x in found)
         assert all(end.densities[2] == 0 and end.densities[0] == 1 for end in ends)
