@@ -174,8 +174,8 @@ def by_duality(problem: Problem, cables: Sequence[int], proof: Any) -> Point:
 def by_newton(problem: Problem, cables: Sequence[int], proof: Any) -> Point:
     """Enclose the lowest point by a Krawczyk operator, from a start x = (p, t)."""
     start, scale = fields(proof, ("kind", "start", "scale"))[1:]
-    system = System(problem, cables, exact(scale))
     try:
+        system = System(problem, cables, exact(scale))
         x = system.zero([arb(v) for v in exacts(start, 3 + len(cables))])
     except ZeroDivisionError:
         raise NotProved("the lowest point is not proved: singular") from None
@@ -187,7 +187,8 @@ def by_newton(problem: Problem, cables: Sequence[int], proof: Any) -> Point:
 class System:
     """The equations in x = (p, t): sum t_i a_i = f, and one for each cable.
 
-    Inextensible: min(s t_i, (l_i^2 - |a_i|^2) / 2) = 0 with any s > 0. Elastic: t_i = k_i max(0, 1 - l_i / |a_i|).
+    Inextensible: min(s t_i, (l_i^2 - |a_i|^2) / 2) = 0 with any s > 0.
+    Elastic: k_i max(0, 1 - l_i / |a_i|) - t_i = 0.
     """
 
     def __init__(self, problem: Problem, cables: Sequence[int], scale: fmpq) -> None:
@@ -204,7 +205,7 @@ class System:
         return [minus(x[:3], a) for a in self.exits]
 
     def equations(self, x: Vector, axes: arb_mat) -> tuple[arb_mat, arb_mat]:
-        """Return values over a box, and slopes between any two of its points along the columns of ``axes``."""
+        """Return values over a box, and slopes for any two of its points along ``axes``' columns."""
         arms, t, directions = self.arms(x), x[3:], axes.transpose().tolist()
         values = [dot(t, part) - f for part, f in zip(zip(*arms, strict=True), self.load, strict=True)]
         total = sum(t, arb(0))
@@ -218,7 +219,7 @@ class System:
                 values.append(arb.min(room, push))
                 slopes.append([p + share * (r - p) for r, p in along])
             else:
-                constant, rho = (spring[0] / length if spring[1] else arb(spring[0])), norm(a)
+                rho, constant = norm(a), spring[0] / length if spring[1] else arb(spring[0])
                 change = open_share(rho - length) * constant * length / rho**3
                 values.append(constant * arb.max(arb(0), 1 - length / rho) - t[k])
                 slopes.append([change * dot(a, d[:3]) - d[3 + k] for d in directions])
@@ -235,7 +236,7 @@ class System:
         inverse = slope.mid().inv().mid()
 
         def image(radii: Vector) -> Vector:
-            """Return how far from x the operator takes x + inverse y, |y| <= radii, in the same coordinates."""
+            """Return how far from x the operator takes x + inverse y, |y| <= radii, as new radii."""
             y = column([hull(-r, r) for r in radii])
             moved = (unity - self.equations((x + inverse * y).entries(), inverse)[1]) * y - value
             return [m.abs_upper() for m in moved.entries()]

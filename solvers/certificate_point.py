@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from fractions import Fraction
+from functools import partial
 from itertools import combinations, product
 from typing import Any
 
@@ -46,7 +47,9 @@ def point_entry(problem: Problem, options: Options, taut: Sequence[int], solutio
     Parameters
     ----------
     problem, options
-        The question. For a point mass without ``ignore_slack``, ``taut`` is the subset asked for or all cables.
+        The question.
+    taut
+        The subset; for a point mass without ``ignore_slack`` the one asked for, or all cables.
     solutions
         As listed in the certificate, in its order, `widened`.
     """
@@ -57,7 +60,7 @@ def point_entry(problem: Problem, options: Options, taut: Sequence[int], solutio
     writer = Writer(problem, cables)
     check = check_point if problem.robot.is_point_mass else check_one_point_family
 
-    def accepts(part: Question, poses: list[int | None], proof: Json) -> bool:
+    def accepts(poses: list[int | None], part: Question, proof: Json) -> bool:
         """Return whether the checker accepts an entry."""
         try:
             check(part, taut, {"poses": poses, "proof": proof}, listed)
@@ -67,10 +70,7 @@ def point_entry(problem: Problem, options: Options, taut: Sequence[int], solutio
 
     with ctx.workprec(BITS):
         for poses in choices(problem, options, writer, solutions):
-            pieces = [MOST_PIECES]
-            proof = writer.proof(
-                question, lambda part, proof, poses=poses: accepts(part, poses, proof), pieces
-            )
+            proof = writer.proof(question, partial(accepts, poses), [MOST_PIECES])
             if proof is not None:
                 return {"poses": poses, "proof": proof}
     return {"pending": HOPELESS}
@@ -86,7 +86,9 @@ def choices(
             return
         finding = writer.finding(certificate_question(problem, options))
         if isinstance(finding, Fields):
-            yield from ([k] for k, s in enumerate(solutions) if meet(finding.position, s.position))
+            for k, s in enumerate(solutions):
+                if meet(finding.position, s.position):
+                    yield [k]
         yield [None]
         return
     cables = writer.cables

@@ -4,10 +4,10 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import Any
 
+from cdpr_interval.robots.model import Cable, Elasticity, Platform, Robot
 from certificates.families import check_one_point_family
 from certificates.point_mass import check_point
 from certificates.problem import Listed, Problem
-from cdpr_interval.robots.model import Cable, Elasticity, Platform, Robot
 from solvers.certificate_point import certificate_question, listed_solution, point_entry, widened
 from solvers.forward import answer_question, pose_problem
 from solvers.problem import Options
