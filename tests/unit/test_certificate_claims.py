@@ -1,12 +1,16 @@
 """Every claim about a listed pose is refused when it is changed."""
 
+import random
 from dataclasses import replace
 
 import pytest
 from flint import arb, arb_mat, ctx, fmpq
 
 from cdpr_interval import load_robot
+from certificates.balls import BITS
 from certificates.claims import Pose, check_pose
+from certificates.point_mass import IDENTITY, lowest_points
+from certificates.stability import check_stability, second_variation
 from certificates.verdicts import NotProved
 from solvers import balls
 from solvers.certificate_point import certificate_question, listed_solution
@@ -16,6 +20,7 @@ from solvers.platform_solution import pose_solution
 from solvers.problem import Options, Problem
 from tests.point_certificates import case, robot
 
+SEED = 20261125
 MERLET = "2.69,3.90,3.35,4.38"
 
 
@@ -247,16 +252,47 @@ def test_tensions_must_be_positive(uc3):
     check_pose(rigid, claimed, (0, 1, 2), replace(pose, densities=densities))
 
 
-def test_a_cable_with_perhaps_no_tension_holds_nothing_back(uc3):
-    """A pose that is stable by its third cable is not when that cable may let go."""
-    question, poses = uc3
-    listed, pose = next((one, p) for one, p in poses if one.stability == "stable")
-    rows = {**pose.densities, 0: arb(0, 1e-30), 1: arb(0, 1e-30), 2: arb(0, 1e-30)}
-    claimed = replace(
-        listed, states=("undecided",) * 3, taut=(), tensions=[(-1.0, 1.0)] * 3, slack_respected=None
-    )
-    with pytest.raises(NotProved, match="stability"):
-        check_pose(question, claimed, (0, 1, 2), replace(pose, densities=rows))
+@pytest.fixture
+def leaning():
+    """Six independent cables that leave no freedom, of a platform that would fall without them."""
+    print("seed", SEED)
+    rng = random.Random(SEED)
+    cables = []
+    for _ in range(6):
+        r = [arb(rng.uniform(-1, 1)) for _ in range(3)]
+        cables.append((r, [-10 * x + rng.uniform(-1, 1) for x in r], arb(1)))
+    return cables
+
+
+def test_six_independent_cables_are_stable(uc3, leaning):
+    question, listed = uc3[0], uc3[1][0][0]
+    with ctx.workprec(BITS):
+        assert second_variation(leaning)[5, 5] < 0
+        assert check_stability(question, replace(listed, stability="stable"), leaning, ())
+        assert not check_stability(question, replace(listed, stability="unstable"), leaning, ())
+        five = leaning[:5]
+        assert not check_stability(question, replace(listed, stability="stable"), five, ())
+        assert check_stability(question, replace(listed, stability="unstable"), five, ())
+
+
+def test_a_cable_with_perhaps_no_tension_holds_nothing_back(uc3, leaning):
+    question, listed = uc3[0], replace(uc3[1][0][0], stability="stable")
+    loose = [*leaning[:5], (*leaning[5][:2], arb(0, 1e-30))]
+    with ctx.workprec(BITS):
+        assert not check_stability(question, listed, loose, ())
+        assert check_stability(replace(question, ignore_tension_sign=True), listed, loose, ())
+
+
+def test_a_pose_with_a_cable_too_long_is_none():
+    found = case(load_robot("merlet_4_1"), MERLET, subset=(0, 2), ignore_slack=True)
+    (k,) = found.check()
+    states = tuple("taut" if i in (0, 2) else "undecided" for i in range(4))
+    claimed = replace(found.listed[k], states=states, taut=(0, 2))
+    with ctx.workprec(BITS):
+        one = Pose(IDENTITY, *next(lowest_points(found.problem, (0, 2), found.entry["proof"]))[1])
+    check_pose(found.problem, claimed, (0, 2), one)
+    with pytest.raises(NotProved, match="slack not respected"):
+        check_pose(replace(found.problem, ignore_slack=False), claimed, (0, 2), one)
 
 
 def test_robots_made_here_are_point_masses():
