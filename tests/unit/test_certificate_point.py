@@ -204,6 +204,9 @@ def test_empty_needs_weights_that_prove_it():
     ):
         refused(replace(found, entry={"poses": [None], "proof": {"kind": "weights", "weights": wrong}}), kind)
     refused(found.asks(lengths=[(lo, hi + 9) for lo, hi in found.problem.lengths]))
+    nested = case(robot([(0, 0, 0), (0, 0, 0)]), ["1", "3"])
+    proof = {"kind": "weights", "weights": ["1", "-0.5"]}
+    refused(replace(nested, entry={"poses": [None], "proof": proof}), Malformed)
     refused(found.asks(stiffness=[(fmpq(1000), False)] * 4))
 
 
@@ -214,7 +217,14 @@ def test_duality_needs_a_strictly_inner_point_and_non_negative_multipliers():
     outside = {**proof, "inner": ["2", "2", "-1000"]}
     corner = {**proof, "inner": ["2", "2", "0"]}
     negative = {**proof, "densities": ["-" + t if t != "0" else t for t in proof["densities"]]}
-    for wrong in (outside, corner, negative, {**proof, "densities": ["0"] * 4}):
+    # With these the point, the bound of its distance and the pose stay the same.
+    inner = [exact(x) for x in proof["inner"]]
+    aside = {**proof, "inner": [str(inner[0] + 100), str(inner[1]), str(inner[2])]}
+    half = sum((exact(t) for t in proof["densities"]), fmpq(0)) / 2
+    mixed = {**proof, "densities": ["-1", str(half + 1), "-1", str(half + 1)]}
+    even = {**proof, "densities": ["1", str(half - 1), "1", str(half - 1)]}
+    assert replace(found, entry={"poses": [0], "proof": even}).check() == {0}
+    for wrong in (outside, corner, negative, aside, mixed, {**proof, "densities": ["0"] * 4}):
         refused(replace(found, entry={"poses": [0], "proof": wrong}))
     refused(replace(found, entry={"poses": [0], "proof": {**proof, "normals": []}}), Malformed)
     refused(found.asks(stiffness=[(fmpq(10**9), False)] * 4))
