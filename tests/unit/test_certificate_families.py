@@ -80,6 +80,7 @@ def test_angle_ranges_that_miss_or_add_something(swing):
         [(start, (middle, middle)), ((middle + 1e-3, middle + 1e-3), end)],
         [(start, end), ((end[1] + 0.1, end[1] + 0.1), (end[1] + 0.2, end[1] + 0.2))],
         [(end, start)],
+        [((start[0], 1.0), (-1.0, end[1]))],
         [((float("nan"),) * 2, end)],
         [((start[0], float("nan")), end)],
         [((-4.0, -4.0), (4.0, 4.0))],
@@ -154,7 +155,7 @@ def test_changed_problems(swing):
         {"points": [[x + small for x in p.points[0]], *p.points[1:]]},
         {"centre": [x + small for x in p.centre]},
         {"ignore_tension_sign": True},
-        {"stiffness": [(fmpq(1000), False)] * 4},
+        {"stiffness": [(fmpq(10) ** 15, False)] * 4},
     ):
         refused(swing.asks(**fields))
 
@@ -235,7 +236,11 @@ def test_slack_at_the_listed_rotation_is_not_slack_at_all():
     assert one.states[1] == "undecided"
     assert found.check() == {0}
     assert one.distances[1][1] < 4.2
-    refused(found.other(states=("taut", "slack", "slack", "slack")))
+    slack = ("taut", "slack", "slack", "slack")
+    refused(found.other(states=slack))
+    ignoring = found.asks(ignore_slack=True)
+    assert ignoring.other(states=slack).check() == {0}
+    refused(ignoring.other(states=slack, slack_respected=True))
 
 
 def test_all_rotations_with_a_cable_too_short():
