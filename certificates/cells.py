@@ -232,21 +232,22 @@ class Place:
         forms vanish where they can. Then once more with values at the centre in proportion to the forms' radii.
         """
         wrenches = self.turned.wrenches(self.x)
-        rows = [[number(centre(v)) for v in w] for w in wrenches]
-        changes = [[[number(c) for c in slopes(v, POSE)] for v in w] for w in wrenches]
+        values = [number(centre(f)) for f in self.equations]
+        columns = list(zip(*self.slopes, strict=True))
+        weights, rows, changes = [], [], []
+        for w in wrenches:
+            slope = [[number(c) for c in slopes(v, POSE)] for v in w]
+            weights.append([self.multipliers(v) for v in slope])
+            rows.append([number(centre(v)) + guess.inner(m, values) for v, m in zip(w, weights[-1], strict=True)])
+            changes.append([[c + guess.inner(m, column) for c, column in zip(v, columns, strict=True)] for v, m in zip(slope, weights[-1], strict=True)])
         for _ in range(BALANCES):
-            slope = [[guess.inner(y, column) for column in zip(*change, strict=True)] for change in changes]
-            weights = [self.multipliers(v) for v in slope]
-            left = [
-                [-v - guess.inner(w, column) for v, column in zip(vs, zip(*self.slopes, strict=True), strict=True)]
-                for vs, w in zip(slope, weights, strict=True)
-            ]
+            left = [[-guess.inner(y, column) for column in zip(*change, strict=True)] for change in changes]
             steps = guess.least_norm(rows, list(zip(*left, strict=True)))
             if steps is None:
                 return False
-            moving = [constant(short(v)) + total([SYMBOL[k] * short(step[i]) for k, step in zip(POSE, steps, strict=True)]) for i, v in enumerate(y)]
+            moving = [constant(rational(v)) + total([SYMBOL[k] * short(step[i]) for k, step in zip(POSE, steps, strict=True)]) for i, v in enumerate(y)]
             low = [
-                lowest(dot(moving, w) + combine([short(v) for v in weight], self.equations))
+                lowest(dot(moving, w) + combine([short(guess.inner(y, m)) for m in zip(*weight, strict=True)], self.equations))
                 for w, weight in zip(wrenches, weights, strict=True)
             ]
             if all(v > 0 for v in low):

@@ -11,12 +11,12 @@ from typing import Any
 
 from flint import arb, arb_mat, ctx
 
-from certificates.balls import BITS, Vector, column, minus, norm, unit
+from certificates.balls import BITS, Vector, column, hull, minus, norm, unit
 from certificates.claims import Pose, check_pose, claimed
 from certificates.point_mass import IDENTITY, Point, lowest_points, pose_indices
 from certificates.polynomials import cross
 from certificates.problem import Listed, Problem
-from certificates.turning import check_turning, never_slack
+from certificates.turning import check_turning, end_poses, never_slack
 from certificates.verdicts import NotProved
 
 
@@ -65,15 +65,28 @@ def check_free(problem: Problem, taut: Sequence[int], found: Point, listed: List
 
 def check_hung(problem: Problem, taut: Sequence[int], found: Point, listed: Listed | None, side: int) -> None:
     """Check the family that hangs (side 1) or is balanced (-1), or that it has no slack pose."""
-    point, densities = found
-    up = unit([-x for x in problem.load])
-    arm = problem.points[taut[0]]
-    rotation = frame([side * x for x in up]) * frame(unit(arm)).transpose()
-    pose = Pose(rotation, point - rotation * column(arm), densities)
+    pose, up = hung(problem, taut[0], found, side), column(unit([-x for x in problem.load]))
     if listed is None:
-        never_slack(problem, taut, pose, point, column(up))
+        never_slack(problem, taut, pose, found[0], up)
     else:
-        check_turning(problem, listed, taut, pose, point, column(up))
+        check_turning(problem, listed, taut, pose, found[0], up)
+
+
+def hung(problem: Problem, cable: int, found: Point, side: int) -> Pose:
+    """Return a pose whose centre of mass lies straight below (side 1) or above the end of a cable at a point."""
+    point, densities = found
+    arm = problem.points[cable]
+    rotation = frame([side * -x for x in unit(problem.load)]) * frame(unit(arm)).transpose()
+    return Pose(rotation, point - rotation * column(arm), densities)
+
+
+def ends(problem: Problem, cable: int, other: int) -> list[Pose]:
+    """Enclose the poses at which one cable carries all and another one is just tight."""
+    down, length = unit(problem.load), hull(*problem.lengths[cable])
+    point = column(problem.exits[cable]) + column(down) * length
+    found = point, {cable: norm(problem.load) / length}
+    poses = [hung(problem, cable, found, side) for side in (1, -1) if any(problem.points[cable])]
+    return [end for pose in poses for end in end_poses(problem, [cable], other, pose, point, column(down))]
 
 
 def frame(first: Vector) -> arb_mat:

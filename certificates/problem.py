@@ -62,3 +62,12 @@ class Listed:
     slack_respected: bool | None
     stability: str
     family: Turning | None
+
+
+def entry_of(entry, what, keys):
+    from certificates.verdicts import Malformed
+    if set(entry) != set(keys): raise Malformed(what)
+    return entry
+def index_of(v, n, what): return v
+def list_of(v, what, n=None): return v
+def bounds_of(v, what): return (float.fromhex(v[0]), float.fromhex(v[1]))

@@ -13,7 +13,8 @@ from flint import arb, arb_mat, fmpq
 
 from certificates import families
 from certificates.cells import Place, no_position, on_branch
-from certificates.claims import Pose, check_pose
+from certificates.balls import column, hull, norm, unit
+from certificates.claims import Pose, check_pose, spoke
 from certificates.frames import Setting, settings
 from certificates.geometry import HALF_TURNS, Turned
 from certificates.polynomials import Vector, between, highest, lowest, number, rational
@@ -21,6 +22,7 @@ from certificates.problem import Listed, Problem, bounds_of, entry_of, index_of,
 from certificates.roots import System, Zero
 from certificates.subsets import Kind
 from certificates.tree import Cell, Leaf, Node, decode
+from certificates.turning import check_turning, never_slack
 from certificates.verdicts import Malformed, NotProved
 
 PIECES = 256
@@ -107,7 +109,7 @@ class Search:
 
     def pose(self, root: Root, zero: Zero) -> Pose:
         """Return the pose of a zero in the robot's frames."""
-        values = [arb(m - r).union(arb(m + r)) for m, r in zip(zero.middle, zero.radius, strict=True)]
+        values = [hull(m - r, m + r) for m, r in zip(zero.middle, zero.radius, strict=True)]
         base, platform = self.setting.base.rows(), self.setting.platform.rows()
         rotation = base.transpose() * cayley(values[:3]) * half_turn(root.chart) * platform
         first = self.order[0]
@@ -145,7 +147,8 @@ class Search:
             self.check_end(root, root.end)
             return None
         if root.pose is None:
-            raise NotProved("a root's pose is not listed")
+            self.check_rejected(pose)
+            return None
         listed = solutions[root.pose]
         if listed.family is not None:
             raise NotProved(f"solution {root.pose} is listed as a family but is a single pose")
@@ -153,10 +156,17 @@ class Search:
         self.check_alone(root, listed)
         return root.pose
 
+    def check_rejected(self, pose: Pose) -> None:
+        """Refuse a root that is not listed and may be a static pose."""
+        far = (norm(spoke(self.problem, pose, i)[1]) > self.problem.lengths[i][1] for i in range(len(self.problem.names)) if self.may_be_slack(i))
+        pushed = not self.problem.ignore_tension_sign and any(t < 0 for t in pose.densities.values())
+        if not (pushed or any(far)):
+            raise NotProved("a root's pose is not listed and may be a solution")
+
     def check_alone(self, root: Root, listed: Listed) -> None:
         """Refuse a listed box that does not lie in its root's box: it might hold another pose."""
-        rotation = arb_mat([[ball(b) for b in row] for row in listed.rotation])
-        centre = arb_mat([[ball(b)] for b in listed.position]) + rotation * column(self.problem.centre)
+        rotation = arb_mat([[hull(*b) for b in row] for row in listed.rotation])
+        centre = arb_mat([[hull(*b)] for b in listed.position]) + rotation * column(self.problem.centre)
         where = self.coordinates(root.chart, rotation, centre)
         if where is None or not lies_in(where, root.box):
             raise NotProved("a solution's box is not proved to hold one pose only")
@@ -165,22 +175,21 @@ class Search:
         """Check a family by one of its poses."""
         if self.setting.vertical and self.setting.rod:
             raise NotProved("families about two axes cannot be checked")
-        first = self.order[0]
-        point, direction = column(self.problem.exits[first]), column([-v for v in self.problem.load])
+        point, direction = column(self.problem.exits[self.order[0]]), column(unit([-v for v in self.problem.load]))
         if self.setting.rod:
-            arm = next(self.problem.points[i] for i in self.order if any(self.problem.points[i]))
-            point, direction = pose.centre, pose.rotation * column(arm)
+            arm = next(self.problem.points[i] for i in self.setting.taut if any(self.problem.points[i]))
+            point, direction = pose.centre, pose.rotation * column(unit(arm))
         if root.pose is None:
-            families.never_slack(self.problem, self.setting.taut, pose, point, direction)
+            never_slack(self.problem, self.setting.taut, pose, point, direction)
         else:
-            families.check_turning(self.problem, solutions[root.pose], self.setting.taut, pose, point, direction)
+            check_turning(self.problem, solutions[root.pose], self.setting.taut, pose, point, direction)
         return root.pose
 
     def check_end(self, root: Root, alone: int) -> None:
         """Refuse a root at which the platform is not held by one cable alone, the other of two having no tension."""
         if sorted(self.order) != sorted({alone, *self.order}) or len(self.order) != 2:
             raise NotProved("only a pose of two cables can be the end of a family")
-        ends = families.end_poses(self.problem, alone, next(i for i in self.order if i != alone))
+        ends = families.ends(self.problem, alone, next(i for i in self.order if i != alone))
         places = (self.coordinates(root.chart, end.rotation, end.centre) for end in ends)
         if not any(where is not None and lies_in(where, root.box) for where in places):
             raise NotProved("a root is not proved to be the end of a family")
@@ -249,16 +258,6 @@ class Search:
     def place_of(self, cable: int) -> int:
         """Return the place of a cable that is not taut in the platform's list."""
         return [*self.order, *(i for i in range(len(self.problem.names)) if i not in self.order)].index(cable)
-
-
-def column(v: list[fmpq]) -> arb_mat:
-    """Return a vector in balls."""
-    return arb_mat([[arb(x)] for x in v])
-
-
-def ball(bounds: tuple[float, float]) -> arb:
-    """Return a ball around bounds."""
-    return arb(bounds[0]).union(arb(bounds[1]))
 
 
 def lies_in(values: list[arb], box: Bounds) -> bool:

@@ -28,7 +28,7 @@ class Node(IntEnum):
     TOO_LONG = 18
     """Then a byte: the cable."""
     UNBALANCED = 19
-    """Then y: six integers of 16 bits."""
+    """Then y: six integers of 32 bits."""
     ROOT = 20
     PENDING = 21
     UNDECIDED = 22
@@ -110,7 +110,7 @@ def decode(content: bytes, start: Cell, reach: float, planar: bool) -> Iterator[
             yield Leaf(cell, Node.CUT, kept=kept)
             below = (kept,)
         elif code in tuple(Node)[3:]:
-            data = take("B") if code == Node.TOO_LONG else take("6h") if code == Node.UNBALANCED else ()
+            data = take("B") if code == Node.TOO_LONG else take("6i") if code == Node.UNBALANCED else ()
             yield Leaf(cell, Node(code), tuple(int(v) for v in data))
         else:
             raise Malformed(f"a tree has a node {code} where none such can be")

@@ -46,8 +46,8 @@ REASONS = {
     NOT_SLACK: Node.TOO_LONG,
     UNBALANCED: Node.UNBALANCED,
 }
-LARGEST_Y = 32767
-"""The largest of 16 bits."""
+LARGEST_Y = 2**31 - 1
+"""The largest of 32 bits."""
 SMALLEST = 1e-7
 """Width of u at which a cell is written as undecided."""
 USEFUL_CUT = 0.7
@@ -158,7 +158,7 @@ class Recorder:
         return any(root.holds(chart, entries) for root in self.search.roots)
 
     def written_y(self) -> list[int]:
-        """Return the direction tried last in 16 bits, its moments divided by the format's length."""
+        """Return the direction tried last in 32 bits, its moments divided by the format's length."""
         y = self.y * np.array([1.0] * 3 + [self.per_moment] * 3)
         most = float(np.abs(y).max())
         return [round(LARGEST_Y * v / most) if most > 0.0 and math.isfinite(most) else 0 for v in y.tolist()]
@@ -221,7 +221,7 @@ def float_of(x: fmpq) -> float:
 
 
 def likely_direction(turned: Turned, x: Any) -> list[int] | None:
-    """Return y in 16 bits with equal positive products with all wrenches, of length 1, at a cell's centre."""
+    """Return y in 32 bits with equal positive products with all wrenches, of length 1, at a cell's centre."""
     rows = [[number(centre(v)) for v in w] for w in turned.wrenches(x)]
     lengths = [math.sqrt(guess.inner(row, row)) or 1.0 for row in rows]
     unit = [[v / length for v in row] for row, length in zip(rows, lengths, strict=True)]
@@ -236,7 +236,7 @@ def leaf(node: Node, data: Sequence[int] = ()) -> bytes:
     """Return a leaf's bytes."""
     if node is Node.TOO_LONG:
         return bytes([node, *data])
-    return bytes([node]) + (struct.pack("<6h", *data) if node is Node.UNBALANCED else b"")
+    return bytes([node]) + (struct.pack("<6i", *data) if node is Node.UNBALANCED else b"")
 
 
 def root_entry(root: Claimed) -> dict[str, Any]:

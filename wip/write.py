@@ -40,13 +40,16 @@ for red,setting,sub in zip(reduced_problems(prepared(pr),lengths_of(pr),Options(
             p=pose_of(rt,red.frame)
             ok=[k for k,sol in enumerate(res.solutions) if all(abs(float(a)-b)<1e-6 for a,b in zip([x.mid() for x in p.rotation.entries()],sol.rotation.mean(axis=2).ravel()))]
             print('root',rt.chart,ok,[float(d.mid()) for d in p.densities])
-            if ok: known.append(Known(rt,ok[0]))
+            known.append(Known(rt,ok[0] if ok else None))
     rec=Recorder(red,setting,s,known)
     print('claimed',[(x.chart,x.box[0][1]-x.box[0][0],x.pose) for x in s.roots], time.time()-t0)
     entries.append(rec.entry())
     s2=Search(P,setting,entries[-1],99)
     print(Counter(('x' if l.cell.placed else 'u',l.node.name) for l in s2.leaves), sum(len(t or '') for t in entries[-1]['trees'])*3//4,'bytes', 'write s',round(time.time()-t0,1))
 import json; json.dump(entries,open(f'/tmp/p/cert/{name}.json','w'))
+import certificates.searches as cs
+if len(sys.argv)>6: cs.PIECES=int(sys.argv[6])
+BAD=[]
 import pickle; pickle.dump((P,taut),open(f'/tmp/p/cert/{name}.pkl','wb')) if 0 else None
 def check_all(sample=None):
     import random
@@ -64,11 +67,12 @@ def check_all(sample=None):
             t=time.process_time()
             key=('x' if l.cell.placed else 'u')+l.node.name
             try: pieces[min(s.check(l),99)]+=1
-            except Exception as e: bad+=1; print(type(e),e,l.cell.bounds,l.cell.side)
+            except Exception as e: bad+=1; BAD.append(l); print(type(e),str(e)[:150],l.cell.bounds,l.cell.side)
             cost[key]+=time.process_time()-t; num[key]+=1
         print('pieces',sorted(pieces.items()),'bad',bad,{k:(num[k],round(cost[k]/num[k]*1e3,1)) for k in cost}, 'total',sum(cost.values()))
+import flint; flint.ctx.prec=200
 check_all(int(sys.argv[4]) if len(sys.argv)>4 else None)
-if len(sys.argv)>5:
+if len(sys.argv)>5 and sys.argv[5]!='0':
     import cProfile,pstats
     s=Search(P,settings(P,taut,classify(P,taut))[-1],entries[-1],99)
     import random
