@@ -16,6 +16,7 @@ from flint import fmpq, fmpq_mpoly
 from certificates import guess
 from certificates.geometry import Turned
 from certificates.polynomials import (
+    ALONG,
     PLACE,
     SYMBOL,
     TURN,
@@ -25,6 +26,7 @@ from certificates.polynomials import (
     constant,
     cross,
     dot,
+    has_no_zero,
     highest,
     lowest,
     number,
@@ -37,9 +39,9 @@ from certificates.polynomials import (
 )
 
 U = range(TURN, TURN + 3)
-POSE = range(7)
-"""Symbols of u, of the position (a box), and of the distance along the normal of the centres' plane."""
-ALONG = PLACE + 3
+POSE = range(6)
+ON_BRANCH = (TURN, TURN + 1, TURN + 2, ALONG)
+"""Symbols that matter on a branch: u, and how far a position lies from where it should be along the centres' normal."""
 BALANCES = 3
 """Directions y tried on a cell."""
 
@@ -169,10 +171,13 @@ def no_position(turned: Turned) -> bool:
 class Place:
     """A cell with an enclosure of the position: what the equations can take out of other forms."""
 
-    def __init__(self, turned: Turned, x: Vector) -> None:
+    def __init__(self, turned: Turned, x: Vector, on_branch: bool) -> None:
         self.turned, self.x = turned, x
-        self.equations = turned.lengths(x)
-        self.slopes = [[number(v) for v in slopes(f, POSE)] for f in self.equations]
+        self.symbols = ON_BRANCH if on_branch else POSE
+        lengths = turned.lengths(x)
+        # On a branch the second and third length only say again how the position follows u.
+        self.equations = [lengths[0], *lengths[2 if turned.platform.planar else 3 :]] if on_branch else lengths
+        self.slopes = [[number(v) for v in slopes(f, self.symbols)] for f in self.equations]
         self.columns = guess.pivots(self.slopes)
         full = len(self.columns) == len(self.equations)
         self.inverse = guess.inverse([[row[k] for row in self.slopes] for k in self.columns]) if full else None
@@ -185,7 +190,7 @@ class Place:
 
     def freed(self, form: fmpq_mpoly) -> fmpq_mpoly:
         """Return a form of the same value at solutions without slopes in the pivots."""
-        weights = self.multipliers([number(v) for v in slopes(form, POSE)])
+        weights = self.multipliers([number(v) for v in slopes(form, self.symbols)])
         return form + combine([short(w) for w in weights], self.equations)
 
     def positive(self, form: fmpq_mpoly) -> bool:
@@ -194,13 +199,10 @@ class Place:
 
     def no_length(self) -> bool:
         """Return True when the taut cables cannot all have their lengths in the cell."""
-        if any(lowest(f) > 0 or highest(f) < 0 for f in self.equations):
+        if any(map(has_no_zero, self.equations)):
             return True
-        for weights in zip(*(self.inverse or ()), strict=True):
-            form = combine([short(w) for w in weights], self.equations)
-            if lowest(form) > 0 or highest(form) < 0:
-                return True
-        return False
+        combined = zip(*(self.inverse or ()), strict=True)
+        return any(has_no_zero(combine([short(w) for w in weights], self.equations)) for weights in combined)
 
     def kept(self, k: int, lo: float, hi: float) -> tuple[fmpq, fmpq] | None:
         """Return bounds of the entry k of (u, x) at solutions in a cell where it has the bounds lo, hi; None: no new ones.
@@ -236,7 +238,7 @@ class Place:
         columns = list(zip(*self.slopes, strict=True))
         weights, rows, changes = [], [], []
         for w in wrenches:
-            slope = [[number(c) for c in slopes(v, POSE)] for v in w]
+            slope = [[number(c) for c in slopes(v, self.symbols)] for v in w]
             weights.append([self.multipliers(v) for v in slope])
             rows.append([number(centre(v)) + guess.inner(m, values) for v, m in zip(w, weights[-1], strict=True)])
             changes.append([[c + guess.inner(m, column) for c, column in zip(v, columns, strict=True)] for v, m in zip(slope, weights[-1], strict=True)])
@@ -245,7 +247,7 @@ class Place:
             steps = guess.least_norm(rows, list(zip(*left, strict=True)))
             if steps is None:
                 return False
-            moving = [constant(rational(v)) + total([SYMBOL[k] * short(step[i]) for k, step in zip(POSE, steps, strict=True)]) for i, v in enumerate(y)]
+            moving = [constant(rational(v)) + total([SYMBOL[k] * short(step[i]) for k, step in zip(self.symbols, steps, strict=True)]) for i, v in enumerate(y)]
             low = [
                 lowest(dot(moving, w) + combine([short(guess.inner(y, m)) for m in zip(*weight, strict=True)], self.equations))
                 for w, weight in zip(wrenches, weights, strict=True)

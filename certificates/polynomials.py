@@ -17,9 +17,9 @@ from flint import Ordering, fmpq, fmpq_mpoly, fmpq_mpoly_ctx
 Vector = list[fmpq_mpoly]
 ZERO = fmpq(0)
 
-TURN, PLACE, TENSION, DATA = 0, 3, 7, 13
-"""First symbols of: u (3), the position (3 and 1), the tensions (6), uncertain data."""
-SYMBOLS = 23
+TURN, PLACE, ALONG, TENSION, DATA = 0, 3, 6, 6, 12
+"""First symbols of: u (3), the position (3), in cells its distance along a normal, in roots the tensions (6); uncertain data (10)."""
+SYMBOLS = 22
 RING = fmpq_mpoly_ctx.get([f"e{k}" for k in range(SYMBOLS)], Ordering.deglex)
 SYMBOL = RING.gens()
 NONE = (0,) * SYMBOLS
@@ -82,6 +82,11 @@ def lowest(p: fmpq_mpoly) -> fmpq:
 def highest(p: fmpq_mpoly) -> fmpq:
     """Return an upper bound of p."""
     return -lowest(-p)
+
+
+def has_no_zero(p: fmpq_mpoly) -> bool:
+    """Return True when p is proved to have one sign."""
+    return 2 * abs(centre(p)) > size(p)
 
 
 def slopes(p: fmpq_mpoly, symbols: Sequence[int]) -> list[fmpq]:

@@ -240,15 +240,18 @@ class Search:
             entries = [(rational(lo), rational(hi)) for lo, hi in cell.bounds[:3]]
             entries += [(lowest(v), highest(v)) for v in x]
             return any(root.holds(cell.chart, entries) for root in self.roots)
-        place = Place(turned, x)
-        if leaf.node in (Node.NO_LENGTH, Node.UNBALANCED) and place.no_length():
-            return True
+        place = Place(turned, x, not cell.placed)
+        if leaf.node is Node.NO_LENGTH:
+            return place.no_length()
         if leaf.node is Node.CUT:
             assert leaf.kept is not None
             return all(place.cut_to(k, old, new) for k, (old, new) in enumerate(zip(cell.bounds, leaf.kept.bounds, strict=True)))
         if leaf.node is Node.TOO_LONG:
             return self.may_be_slack(leaf.data[0]) and place.positive(turned.excess(self.place_of(leaf.data[0]), x))
-        return leaf.node is Node.UNBALANCED and not self.problem.ignore_tension_sign and place.unbalanced(leaf.data)
+        if self.problem.ignore_tension_sign:
+            return False
+        # Part of such a leaf may lie beside all poses with the right lengths, where balance says nothing.
+        return place.no_length() or place.unbalanced(leaf.data)
 
     def may_be_slack(self, cable: int) -> bool:
         """Return True for a cable whose slackness is asked for."""

@@ -173,7 +173,7 @@ class Recorder:
         )
         platform = self.search.platform
         turned = Turned(platform, cell.chart, u)
-        place = Place(turned, x)
+        place = Place(turned, x, False)
         if place.no_length():
             return leaf(Node.NO_LENGTH), ()
         cut = self.cut(cell, place)
