@@ -34,6 +34,8 @@ MOST_PIECES = 64
 """Most parts into which ranges of lengths are cut, as many as the solver uses."""
 WIDENED = 1e-12
 """How much bounds of a family grow, in m and rad: the checker does not find its angle to the last bit."""
+WIDENED_POSE = 2.0**-50
+"""The same of a single pose: where frames are irrational a zero of the solver is a tiny ball of the checker."""
 RANGE_SHARE = 0.05
 """The same where lengths are ranges, as a share of the bounds' width."""
 STEP_BITS = range(140, 20, -10)
@@ -293,21 +295,21 @@ def widened(solution: Solution, ranges: bool = False) -> Solution:
     ``ranges``: there the width of an enclosure depends on how it is computed.
     """
     family = solution.family
-    if family is None and not ranges:
-        return solution
-    share = RANGE_SHARE if ranges else 0.0
-    names = ("position", "height", "tensions", "distances", *(("rotation",) if family else ()))
-    fields: Json = {name: wider(getattr(solution, name), share) for name in names}
+    share, least = RANGE_SHARE if ranges else 0.0, WIDENED if family or ranges else WIDENED_POSE
+    names = ("position", "height", "tensions", "distances", "rotation")
+    fields: Json = {name: wider(getattr(solution, name), share, least) for name in names}
     if family is not None:
         names = ("axis_point", "axis_direction", "angle_ranges")
-        parts: Json = {n: wider(getattr(family, n), share) for n in names if getattr(family, n) is not None}
+        parts: Json = {
+            n: wider(getattr(family, n), share, least) for n in names if getattr(family, n) is not None
+        }
         family = replace(family, **parts)
     return replace(solution, **fields, family=family)
 
 
-def wider(bounds: Bounds, share: float) -> Bounds:
+def wider(bounds: Bounds, share: float, least: float) -> Bounds:
     """Return bounds (..., 2) that have grown on both sides, by a share of their width and a little more."""
-    by = WIDENED * (1.0 + np.abs(bounds).max(axis=-1)) + share * (bounds[..., 1] - bounds[..., 0])
+    by = least * (1.0 + np.abs(bounds).max(axis=-1)) + share * (bounds[..., 1] - bounds[..., 0])
     return np.stack([bounds[..., 0] - by, bounds[..., 1] + by], axis=-1)
 
 

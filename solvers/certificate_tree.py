@@ -10,25 +10,26 @@ import base64
 import math
 import struct
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
-from fractions import Fraction
 from typing import Any
 
 import numpy as np
 from flint import fmpq
 from numpy.typing import NDArray
 
-from cdpr_interval.kernels.enclosure import enclose
+from cdpr_interval.kernels.lanes import LANES
 from cdpr_interval.kernels.second_order import ROTATION_ONLY, WHOLE_POSE
 from certificates import guess
 from certificates.cells import Place
 from certificates.frames import Setting
 from certificates.geometry import Turned
 from certificates.polynomials import between, centre, number, rational
+from certificates.problem import Listed
+from certificates.problem import Problem as Question
 from certificates.roots import System
 from certificates.searches import Root as Claimed
 from certificates.searches import Search
-from certificates.tree import Cell, Node
+from certificates.tree import Cell, Leaf, Node
+from certificates.verdicts import NotProved
 from solvers import platform_pose as pose
 from solvers import platform_turn as turn
 from solvers.platform_batch import NO_LENGTH, NO_POSITION, NOT_SLACK, OPEN, UNBALANCED
@@ -40,12 +41,7 @@ from solvers.platform_starts import rotation_at
 
 Floats = NDArray[np.float64]
 
-REASONS = {
-    NO_POSITION: Node.NO_POSITION,
-    NO_LENGTH: Node.NO_LENGTH,
-    NOT_SLACK: Node.TOO_LONG,
-    UNBALANCED: Node.UNBALANCED,
-}
+REASONS = {NO_POSITION: Node.NO_POSITION, NO_LENGTH: Node.NO_LENGTH, UNBALANCED: Node.UNBALANCED}
 LARGEST_Y = 2**31 - 1
 """The largest of 32 bits."""
 SMALLEST = 1e-7
@@ -54,46 +50,58 @@ USEFUL_CUT = 0.7
 """A cut is written when some entry keeps at most this share of its width."""
 WIDER = 1e-9
 """A kept interval is widened by this share of its width: its ends need few digits then, and it stays proved."""
+UNKNOWN = base64.b64encode(bytes([Node.UNDECIDED])).decode("ascii")
+"""A tree of one leaf."""
 GROWTH = (8.0, 4.0, 2.0, 1.0, 0.5, 0.25, 0.125, 0.0625, 0.03125)
 """Sizes of a root's box in (u, x) that are tried, over the solver's smallest half width in u."""
-
-
-@dataclass(frozen=True)
-class Known:
-    """A proved root, and which solution of the document it is."""
-
-    root: Root
-    pose: int | None = None
-    end: int | None = None
-    """The cable that alone holds the platform there."""
 
 
 class Recorder:
     """Writes one search of one subset."""
 
-    def __init__(self, reduced: Reduced, setting: Setting, search: Search, known: Iterable[Known]) -> None:
-        self.model, self.setting, self.search = reduced.model, setting, search
+    def __init__(self, question: Question, setting: Setting, reduced: Reduced, listed: list[Listed]) -> None:
+        self.model, self.setting, self.listed = reduced.model, setting, listed
+        order = [setting.taut[k] for k in reduced.model.orders[0]]
+        charts = [None if setting.frozen(chart) is None else UNKNOWN for chart in range(4)]
+        self.search = Search(question, setting, {"order": order, "roots": [], "trees": charts}, len(listed))
         self.turn_scratch = form_arrays(ROTATION_ONLY, turn.WIDTH)
         self.pose_scratch = form_arrays(WHOLE_POSE, pose.P_WIDTH)
-        self.states = np.zeros(4, dtype=np.int64)
+        self.states = np.zeros(LANES, dtype=np.int64)
         self.y, self.place = np.zeros(6), np.zeros((3, 2))
-        self.per_moment = number(search.platform.unit) / self.model.size
-        search.roots = [claimed for k in known if (claimed := self.claim(k)) is not None]
+        self.per_moment = number(self.search.platform.unit) / self.model.size
 
-    def entry(self) -> dict[str, Any]:
-        """Return the search as the document has it."""
+    def entry(self, whole: bool) -> dict[str, Any]:
+        """Return the search as the document has it; where it was not ended its trees are pending."""
         trees = []
         for chart in range(4):
             frozen = self.setting.frozen(chart)
-            start = frozen is not None and Cell(
-                chart, tuple((0.0, 0.0) if k in frozen else (-1.0, 1.0) for k in range(3))
-            )
-            trees.append(base64.b64encode(b"".join(self.nodes(start))).decode("ascii") if start else None)
+            if frozen is None:
+                trees.append(None)
+                continue
+            start = Cell(chart, tuple((0.0, 0.0) if k in frozen else (-1.0, 1.0) for k in range(3)))
+            nodes = self.nodes(start) if whole else [leaf(Node.PENDING)]
+            trees.append(base64.b64encode(b"".join(nodes)).decode("ascii"))
         return {"order": list(self.search.order), "roots": [root_entry(r) for r in self.search.roots], "trees": trees}
 
-    def claim(self, known: Known) -> Claimed | None:
-        """Return the largest box tried in which the checker finds one zero; None where there is none."""
-        root = known.root
+    def add(self, root: Root, candidates: Sequence[int]) -> None:
+        """Add a root with the first claim about it that the checker confirms, if any."""
+        box = self.box(root)
+        if box is None:
+            return
+        claims = [Claimed(root.chart, box, k, None) for k in candidates]
+        claims.append(Claimed(root.chart, box, None, None))
+        if len(self.setting.taut) == 2 and not self.setting.family:
+            claims += [Claimed(root.chart, box, None, i) for i in self.setting.taut]
+        for claim in claims:
+            try:
+                self.search.check_root(claim, self.listed)
+            except NotProved:
+                continue
+            self.search.roots.append(claim)
+            return
+
+    def box(self, root: Root) -> list[tuple[float, float]] | None:
+        """Return the largest box tried in which the checker finds one zero at most; None where there is none."""
         z = root.core.mean(axis=1)
         turned = np.empty((3, 3))
         rotation_at(z[:3].copy(), turned)
@@ -112,7 +120,7 @@ class Recorder:
                 for k, (m, r) in enumerate(zip([*z[:3].tolist(), *x.tolist()], reach, strict=True))
             ]
             if system.has_one_zero_at_most([b[0] for b in box], [b[1] for b in box]):
-                return Claimed(root.chart, box, known.pose, known.end)
+                return box
         return None
 
     def nodes(self, start: Cell) -> Iterable[bytes]:
@@ -132,7 +140,10 @@ class Recorder:
         )
         widths = [hi - lo for lo, hi in cell.bounds]
         widest = int(np.argmax(widths))
-        if state in REASONS and state != NOT_SLACK:
+        if state == NOT_SLACK:
+            cable = self.too_long(cell)
+            return (bytes([widest]), cell.halves(widest)) if cable is None else (leaf(Node.TOO_LONG, [cable]), ())
+        if state in REASONS:
             return leaf(REASONS[state], self.written_y()), ()
         if state == turn.BOTH:
             return bytes([Node.SIDES]), [Cell(cell.chart, cell.bounds, side) for side in (1, -1)]
@@ -147,6 +158,14 @@ class Recorder:
         if max(widths) < SMALLEST:
             return leaf(Node.UNDECIDED), ()
         return bytes([widest]), cell.halves(widest)
+
+    def too_long(self, cell: Cell) -> int | None:
+        """Return a cable of which the checker confirms that it is too long over a cell of u; None: no one."""
+        others = range(self.search.platform.taut, len(self.search.platform.exits))
+        for cable in map(self.cable_at, others):
+            if self.search.confirmed(Leaf(cell, Node.TOO_LONG, (cable,)), cell):
+                return cable
+        return None
 
     def scratch(self, arrays: Any) -> tuple[Any, Any, Any]:
         """Return the arrays of a look."""
