@@ -42,7 +42,7 @@ U = range(TURN, TURN + 3)
 POSE = range(6)
 ON_BRANCH = (TURN, TURN + 1, TURN + 2, ALONG)
 """Symbols that matter on a branch: u, and how far a position lies from where it should be along the centres' normal."""
-BALANCES = 3
+BALANCES = 2
 """Directions y tried on a cell."""
 
 
@@ -53,7 +53,7 @@ def middles(turned: Turned) -> tuple[list[float], list[float], list[float]]:
     return [number(centre(v)) / s for v in d2], [number(centre(v)) / s for v in d3], [number(centre(k)) / s for k in (k2, k3)]
 
 
-def near_branch(turned: Turned, side: int, degree: int) -> Vector | None:
+def near_branch(turned: Turned, side: int) -> Vector | None:
     """Return polynomials in u near the position on one side; a guess."""
     a, b, right = middles(turned)
     normal = guess.cross(a, b)
@@ -70,7 +70,7 @@ def near_branch(turned: Turned, side: int, degree: int) -> Vector | None:
         return None
     correct = [[rational(v) for v in row] for row in inverse]
     x = [constant(rational(v)) for v in x0]
-    for k in range(1, degree + 1):
+    for k in (1, 2):
         wrong = turned.triple(x)
         if not height > 0.0:
             wrong[0] = constant(0)
@@ -78,7 +78,7 @@ def near_branch(turned: Turned, side: int, degree: int) -> Vector | None:
     return x
 
 
-def on_branch(turned: Turned, side: int, degree: int = 1) -> Vector | None:
+def on_branch(turned: Turned, side: int) -> Vector | None:
     """Return polynomials that enclose every position on one side over the cell, or None.
 
     With d_2, d_3 and m = d_2 x d_3 every position is x = y + alpha d_2 + beta d_3 + tau m for any y. The linear equations bound
@@ -87,12 +87,15 @@ def on_branch(turned: Turned, side: int, degree: int = 1) -> Vector | None:
     side (m . x) >= 0. Where side (m . y) >= h > 0 therefore |tau| <= |l^2 - |w|^2| / h. Where it is at least -g,
     |m . y + m . x| >= |tau| |m|^2 - 2 g, so |tau| <= q + sqrt(q^2 + |l^2 - |w|^2| / |m|^2) with q = g / |m|^2.
     """
-    y = near_branch(turned, side, degree)
+    y = near_branch(turned, side)
     if y is None:
         return None
     (d2, k2), (d3, k3) = turned.lines()[:2]
     m = cross(d2, d3)
-    square = lowest(dot(m, m))
+    straight = [upto(v, 1) for v in m]
+    normal = [constant(centre(v)) for v in straight]
+    # |m| >= m . n / |n| for any n.
+    square = max(ZERO, lowest(dot(m, normal))) ** 2 / centre(dot(normal, normal))
     within = in_plane(d2, d3, [dot(d2, y) - k2, dot(d3, y) - k3]) if square > 0 else None
     if within is None:
         return None
@@ -102,7 +105,6 @@ def on_branch(turned: Turned, side: int, degree: int = 1) -> Vector | None:
     below = max(ZERO, -height) / square
     tau = below + above_root(below * below + wrong / square)
     tau = min(tau, wrong / height) if height > 0 else tau
-    straight = [upto(v, 1) for v in m]
     rest = [r + tau * size(v - u) for r, v, u in zip(rest, m, straight, strict=True)]
     x = [
         v + SYMBOL[PLACE + k] * r + SYMBOL[ALONG] * tau * u

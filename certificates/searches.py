@@ -29,9 +29,6 @@ PIECES = 256
 """A leaf is bisected into at most so many parts."""
 POSITION_SHARE = 0.4
 """Width of x over the platform's size that counts as much as a width of u, where a cell is bisected."""
-DEGREES = (1, 2)
-"""Degrees of the polynomials that follow the position over a cell, tried in turn."""
-
 Bounds = list[tuple[float, float]]
 
 
@@ -228,10 +225,9 @@ class Search:
 
     def on_side(self, leaf: Leaf, cell: Cell, turned: Turned, side: int) -> bool:
         """Return True when what is said of a leaf in u is proved on one side."""
-        for degree in DEGREES:
-            x = on_branch(turned, side, degree)
-            if x is not None and self.holds(leaf, cell, turned, x):
-                return True
+        x = on_branch(turned, side)
+        if x is not None and self.holds(leaf, cell, turned, x):
+            return True
         return no_position(turned)
 
     def holds(self, leaf: Leaf, cell: Cell, turned: Turned, x: Vector) -> bool:

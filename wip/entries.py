@@ -37,3 +37,4 @@ for taut,e in zip(examined(q),es):
     dt=time.process_time()-t1
     print(taut,k,b,dict(c),'roots',[(x.chart,x.pose,x.end) for se in s.searches for x in se.roots],'parts',p,'of',len(lv),'s',round(dt,1),'est',round(dt*len(s.leaves)/max(1,len(lv)),1))
 print('backed',sorted(back),'of',len(sols), round(time.process_time()-t,1),'s')
+json.dump(es,open(f'/tmp/p/cert/e_{name}.json','w'))
