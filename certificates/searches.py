@@ -138,14 +138,15 @@ class Search:
         if not root.holds(root.chart, entries):
             raise NotProved("the pose near a root's middle is not proved to lie in its box")
         pose = self.pose(root, zero)
+        if root.pose is None and root.end is None and self.is_rejected(pose):
+            return None
         if self.setting.family:
             return self.check_family(root, pose, solutions)
         if root.end is not None:
             self.check_end(root, root.end)
             return None
         if root.pose is None:
-            self.check_rejected(pose)
-            return None
+            raise NotProved("a root's pose is not listed and may be a solution")
         listed = solutions[root.pose]
         if listed.family is not None:
             raise NotProved(f"solution {root.pose} is listed as a family but is a single pose")
@@ -153,12 +154,12 @@ class Search:
         self.check_alone(root, listed)
         return root.pose
 
-    def check_rejected(self, pose: Pose) -> None:
-        """Refuse a root that is not listed and may be a static pose."""
-        far = (norm(spoke(self.problem, pose, i)[1]) > self.problem.lengths[i][1] for i in range(len(self.problem.names)) if self.may_be_slack(i))
-        pushed = not self.problem.ignore_tension_sign and any(t < 0 for t in pose.densities.values())
-        if not (pushed or any(far)):
-            raise NotProved("a root's pose is not listed and may be a solution")
+    def is_rejected(self, pose: Pose) -> bool:
+        """Return True for a pose that is proved not to be static: a cable would push, or another one is too long."""
+        if not self.problem.ignore_tension_sign and any(t < 0 for t in pose.densities.values()):
+            return True
+        lengths = self.problem.lengths
+        return any(norm(spoke(self.problem, pose, i)[1]) > lengths[i][1] for i in range(len(lengths)) if self.may_be_slack(i))
 
     def check_alone(self, root: Root, listed: Listed) -> None:
         """Refuse a listed box that does not lie in its root's box: it might hold another pose."""
@@ -247,7 +248,7 @@ class Search:
         if self.problem.ignore_tension_sign:
             return False
         # Part of such a leaf may lie beside all poses with the right lengths, where balance says nothing.
-        return place.no_length() or place.unbalanced(leaf.data)
+        return (len(place.equations) > 1 and place.no_length()) or place.unbalanced(leaf.data)
 
     def may_be_slack(self, cable: int) -> bool:
         """Return True for a cable whose slackness is asked for."""

@@ -25,3 +25,7 @@ for name,ls,N in (('uc3','7.5,8,7',200),('uc4','7.5,8,7,9',200)):
             except NotProved as e: print(e)
         t=time.process_time()-t
         print(name,node,'ms',round(t/N*1e3,1),'parts',sum(a*b for a,b in p.items())/N,'tail',max(p),'count',len(lv),'est s',round(t/N*len(lv)))
+    if len(sys.argv)>1 and name==sys.argv[1]:
+        import cProfile,pstats
+        sm=random.Random(6).sample([l for l in s.leaves if l.node.name=='UNBALANCED' and not l.cell.placed],120)
+        cProfile.run("for l in sm: s.check(l)",'/tmp/p/prof'); pstats.Stats('/tmp/p/prof').sort_stats('cumtime').print_stats(34)
