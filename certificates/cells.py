@@ -1,15 +1,14 @@
 """One cell of the pose space: where the platform can be over it, and the tests that exclude it.
 
-Each test is an inequality between exact polynomials over the cell. A multiple of an equation may be added to any
-form without changing its value at a solution; multipliers, directions y and their slopes are floats that only
-make the inequality likely.
+Each test is an inequality between exact polynomials over the cell. A multiple of an equation may be added
+to any form without changing its value at a solution; multipliers, directions y and their slopes are floats
+that only make the inequality likely.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from itertools import chain
 
 from flint import fmpq, fmpq_mpoly
 
@@ -41,7 +40,7 @@ from certificates.polynomials import (
 U = range(TURN, TURN + 3)
 POSE = range(6)
 ON_BRANCH = (TURN, TURN + 1, TURN + 2, ALONG)
-"""Symbols that matter on a branch: u, and how far a position lies from where it should be along the centres' normal."""
+"""Symbols that matter on a branch: u, and the distance from a guess along the normal of the centres."""
 BALANCES = 2
 """Directions y tried on a cell."""
 
@@ -50,7 +49,11 @@ def middles(turned: Turned) -> tuple[list[float], list[float], list[float]]:
     """Return d_2, d_3 and (K_2, K_3) at the cell's centre."""
     (d2, k2), (d3, k3) = turned.lines()[:2]
     s = number(centre(turned.s))
-    return [number(centre(v)) / s for v in d2], [number(centre(v)) / s for v in d3], [number(centre(k)) / s for k in (k2, k3)]
+    return (
+        [number(centre(v)) / s for v in d2],
+        [number(centre(v)) / s for v in d3],
+        [number(centre(k)) / s for k in (k2, k3)],
+    )
 
 
 def near_branch(turned: Turned, side: int) -> Vector | None:
@@ -81,11 +84,12 @@ def near_branch(turned: Turned, side: int) -> Vector | None:
 def on_branch(turned: Turned, side: int) -> Vector | None:
     """Return polynomials that enclose every position on one side over the cell, or None.
 
-    With d_2, d_3 and m = d_2 x d_3 every position is x = y + alpha d_2 + beta d_3 + tau m for any y. The linear equations bound
-    alpha and beta: G (alpha, beta) = -(r_2, r_3) with G the scalar products of d_2 and d_3 and r their residuals
-    at y. With w = y + alpha d_2 + beta d_3 the sphere says tau (m . y + m . x) = l^2 - |w|^2, and on this side
-    side (m . x) >= 0. Where side (m . y) >= h > 0 therefore |tau| <= |l^2 - |w|^2| / h. Where it is at least -g,
-    |m . y + m . x| >= |tau| |m|^2 - 2 g, so |tau| <= q + sqrt(q^2 + |l^2 - |w|^2| / |m|^2) with q = g / |m|^2.
+    With d_2, d_3 and m = d_2 x d_3 every position is x = y + alpha d_2 + beta d_3 + tau m for any y. The
+    linear equations bound alpha and beta: G (alpha, beta) = -(r_2, r_3) with G the scalar products of d_2
+    and d_3 and r their residuals at y. With w = y + alpha d_2 + beta d_3 the sphere says tau (m . y + m .
+    x) = l^2 - |w|^2, and on this side side (m . x) >= 0. Where side (m . y) >= h > 0 therefore |tau| <=
+    |l^2 - |w|^2| / h. Where it is at least -g, |m . y + m . x| >= |tau| |m|^2 - 2 g, so |tau| <= q +
+    sqrt(q^2 + |l^2 - |w|^2| / |m|^2) with q = g / |m|^2.
     """
     y = near_branch(turned, side)
     if y is None:
@@ -130,7 +134,10 @@ def in_plane(d2: Vector, d3: Vector, wrong: Sequence[fmpq_mpoly]) -> list[fmpq] 
         return None
     correct = [[rational(c) for c in row] for row in inverse]
     first = [size(combine(row, wrong)) for row in correct]
-    error = [[size(combine(row, column) - int(i == j)) for j, column in enumerate(zip(*gram, strict=True))] for i, row in enumerate(correct)]
+    error = [
+        [size(combine(row, column) - int(i == j)) for j, column in enumerate(zip(*gram, strict=True))]
+        for i, row in enumerate(correct)
+    ]
     return contained(first, error)
 
 
@@ -145,8 +152,11 @@ def contained(first: Sequence[fmpq], error: Sequence[Sequence[fmpq]]) -> list[fm
     if found is None:
         return None
     v = [rational(f[0]) for f in found]
-    image = [f + sum((e * x for e, x in zip(row, v, strict=True)), fmpq(0)) for f, row in zip(first, error, strict=True)]
-    return v if all(0 < x and new < x for x, new in zip(v, image, strict=True)) else None
+    image = [
+        f + sum((e * x for e, x in zip(row, v, strict=True)), fmpq(0))
+        for f, row in zip(first, error, strict=True)
+    ]
+    return v if all(x > 0 and new < x for x, new in zip(v, image, strict=True)) else None
 
 
 def combine(weights: Sequence[fmpq], forms: Sequence[fmpq_mpoly]) -> fmpq_mpoly:
@@ -157,7 +167,8 @@ def combine(weights: Sequence[fmpq], forms: Sequence[fmpq_mpoly]) -> fmpq_mpoly:
 def no_position(turned: Turned) -> bool:
     """Return True when the three spheres of the triple have no common point over the cell.
 
-    With any weights g, h a common point has 0 <= |x + g d_2 + h d_3|^2 = l_1^2 + |g d_2 + h d_3|^2 + 2 (g K_2 + h K_3).
+    With any weights g, h a common point has 0 <= |x + g d_2 + h d_3|^2 = l_1^2 + |g d_2 + h d_3|^2 + 2 (g
+    K_2 + h K_3).
     """
     (d2, k2), (d3, k3) = turned.lines()[:2]
     a, b, right = middles(turned)
@@ -166,8 +177,12 @@ def no_position(turned: Turned) -> bool:
         return False
     g, h = (rational(w[0]) for w in weights)
     mixed = [v * g + w * h for v, w in zip(d2, d3, strict=True)]
-    gap = turned.s * turned.s * turned.platform.squares[0] + dot(mixed, mixed) + 2 * turned.s * (k2 * g + k3 * h)
-    return highest(gap) < 0
+    gap = (
+        turned.s * turned.s * turned.platform.squares[0]
+        + dot(mixed, mixed)
+        + 2 * turned.s * (k2 * g + k3 * h)
+    )
+    return bool(highest(gap) < 0)
 
 
 class Place:
@@ -178,11 +193,15 @@ class Place:
         self.symbols = ON_BRANCH if on_branch else POSE
         lengths = turned.lengths(x)
         # On a branch the second and third length only say again how the position follows u.
-        self.equations = [lengths[0], *lengths[2 if turned.platform.planar else 3 :]] if on_branch else lengths
+        self.equations = (
+            [lengths[0], *lengths[2 if turned.platform.planar else 3 :]] if on_branch else lengths
+        )
         self.slopes = [[number(v) for v in slopes(f, self.symbols)] for f in self.equations]
         self.columns = guess.pivots(self.slopes)
         full = len(self.columns) == len(self.equations)
-        self.inverse = guess.inverse([[row[k] for row in self.slopes] for k in self.columns]) if full else None
+        self.inverse = (
+            guess.inverse([[row[k] for row in self.slopes] for k in self.columns]) if full else None
+        )
 
     def multipliers(self, slope: Sequence[float]) -> list[float]:
         """Return multiples of the equations that cancel slopes in the pivots."""
@@ -197,7 +216,7 @@ class Place:
 
     def positive(self, form: fmpq_mpoly) -> bool:
         """Return True when a form is positive at every solution in the cell."""
-        return lowest(form) > 0 or lowest(self.freed(form)) > 0
+        return bool(lowest(form) > 0 or lowest(self.freed(form)) > 0)
 
     def no_length(self) -> bool:
         """Return True when the taut cables cannot all have their lengths in the cell."""
@@ -207,9 +226,10 @@ class Place:
         return any(has_no_zero(combine([short(w) for w in weights], self.equations)) for weights in combined)
 
     def kept(self, k: int, lo: float, hi: float) -> tuple[fmpq, fmpq] | None:
-        """Return bounds of the entry k of (u, x) at solutions in a cell where it has the bounds lo, hi; None: no new ones.
+        """Return bounds of the entry k of (u, x) at all solutions, its bounds being lo, hi; None: no others.
 
-        A combination c + a e_k + rest of the equations that vanishes there puts the symbol e_k within (-c +- |rest|) / a.
+        A combination c + a e_k + rest of the equations that vanishes there puts the symbol e_k within (-c
+        +- |rest|) / a.
         """
         if k not in self.columns or self.inverse is None:
             return None
@@ -223,17 +243,21 @@ class Place:
         return middle - radius * (c + rest) / a, middle - radius * (c - rest) / a
 
     def cut_to(self, k: int, old: tuple[float, float], new: tuple[float, float]) -> bool:
-        """Return True when at every solution in the cell the entry k of (u, x), with old bounds, lies within new ones."""
+        """Return True when the entry k of (u, x), with old bounds, lies within new ones at all solutions."""
         found = self.kept(k, *old)
         if found is None:
             return new == old
-        return all(o == n or (rational(n) - f) * side <= 0 for o, n, f, side in zip(old, new, found, (1, -1), strict=True))
+        return all(
+            o == n or (rational(n) - f) * side <= 0
+            for o, n, f, side in zip(old, new, found, (1, -1), strict=True)
+        )
 
     def unbalanced(self, y: Sequence[float]) -> bool:
         """Return True when no non-negative tensions balance the load at any solution in the cell.
 
-        Gordan: y . w_i > 0 for all taut cables and y . w_0 > 0, with y moving over the cell so that the slopes of these
-        forms vanish where they can. Then once more with values at the centre in proportion to the forms' radii.
+        Gordan: y . w_i > 0 for all taut cables and y . w_0 > 0, with y moving over the cell so that the
+        slopes of these forms vanish where they can. Then once more with values at the centre in proportion
+        to the forms' radii.
         """
         wrenches = self.turned.wrenches(self.x)
         values = [number(centre(f)) for f in self.equations]
@@ -242,16 +266,30 @@ class Place:
         for w in wrenches:
             slope = [[number(c) for c in slopes(v, self.symbols)] for v in w]
             weights.append([self.multipliers(v) for v in slope])
-            rows.append([number(centre(v)) + guess.inner(m, values) for v, m in zip(w, weights[-1], strict=True)])
-            changes.append([[c + guess.inner(m, column) for c, column in zip(v, columns, strict=True)] for v, m in zip(slope, weights[-1], strict=True)])
+            rows.append(
+                [number(centre(v)) + guess.inner(m, values) for v, m in zip(w, weights[-1], strict=True)]
+            )
+            changes.append(
+                [
+                    [c + guess.inner(m, column) for c, column in zip(v, columns, strict=True)]
+                    for v, m in zip(slope, weights[-1], strict=True)
+                ]
+            )
         for _ in range(BALANCES):
             left = [[-guess.inner(y, column) for column in zip(*change, strict=True)] for change in changes]
             steps = guess.least_norm(rows, list(zip(*left, strict=True)))
             if steps is None:
                 return False
-            moving = [constant(rational(v)) + total([SYMBOL[k] * short(step[i]) for k, step in zip(self.symbols, steps, strict=True)]) for i, v in enumerate(y)]
+            moving = [
+                constant(rational(v))
+                + total([SYMBOL[k] * short(step[i]) for k, step in zip(self.symbols, steps, strict=True)])
+                for i, v in enumerate(y)
+            ]
             low = [
-                lowest(dot(moving, w) + combine([short(guess.inner(y, m)) for m in zip(*weight, strict=True)], self.equations))
+                lowest(
+                    dot(moving, w)
+                    + combine([short(guess.inner(y, m)) for m in zip(*weight, strict=True)], self.equations)
+                )
                 for w, weight in zip(wrenches, weights, strict=True)
             ]
             if all(v > 0 for v in low):

@@ -73,7 +73,7 @@ def check_hung(problem: Problem, taut: Sequence[int], found: Point, listed: List
 
 
 def hung(problem: Problem, cable: int, found: Point, side: int) -> Pose:
-    """Return a pose whose centre of mass lies straight below (side 1) or above the end of a cable at a point."""
+    """Return a pose whose centre of mass lies straight below (side 1) or above a cable's end at a point."""
     point, densities = found
     arm = problem.points[cable]
     rotation = frame([side * -x for x in unit(problem.load)]) * frame(unit(arm)).transpose()

@@ -1,7 +1,7 @@
 """The frames in which a subset of taut cables is searched.
 
-A frame's axes are rational vectors over their lengths; 1 over a length that is irrational is a middle plus a radius times
-a symbol of its own, so that coordinates stay exact polynomials.
+A frame's axes are rational vectors over their lengths; 1 over a length that is irrational is a middle plus
+a radius times a symbol of its own, so that coordinates stay exact polynomials.
 """
 
 from __future__ import annotations
@@ -33,7 +33,9 @@ class Axis:
         # 1 / sqrt(p / q) = sqrt(q / p): integer roots of q / p times FINE^2, from below and above.
         root = fmpz(square.q * FINE * FINE // square.p).isqrt()
         exact = fmpq(root, FINE) ** 2 * square == 1
-        self.inverse = constant(fmpq(root, FINE)) if exact else between(fmpq(root, FINE), fmpq(root + 1, FINE), symbol)
+        self.inverse = (
+            constant(fmpq(root, FINE)) if exact else between(fmpq(root, FINE), fmpq(root + 1, FINE), symbol)
+        )
 
     def unit(self) -> list[arb]:
         """Return the unit vector in balls."""
@@ -43,7 +45,7 @@ class Axis:
 
 @dataclass(frozen=True)
 class Frame:
-    """Three axes at right angles: two rational ones, and the product that completes them to a right-handed frame.
+    """Three axes at right angles: two rational ones and their product, right-handed.
 
     ``given`` : two of x, y, z with their axes.
     """
@@ -153,8 +155,9 @@ def settings(problem: Problem, taut: tuple[int, ...], kind: Kind) -> list[Settin
         normal = cross(points[0], points[1])
         sides = [normal] if vertical else [normal, [-v for v in normal]]
         return [
-            Setting(taut, base, Frame({0: Axis(first, DATA + 2), 1: Axis(side, DATA + 3)}), True, vertical, False)
+            Setting(
+                taut, base, Frame({0: Axis(first, DATA + 2), 1: Axis(side, DATA + 3)}), True, vertical, False
+            )
             for side in sides
         ]
     return [Setting(taut, base, platform, planar, vertical, rod)]
-

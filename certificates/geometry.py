@@ -1,12 +1,13 @@
 """A platform over a cell: rotation, spheres and wrenches as exact polynomials.
 
-Rotations are R(u) D_c with the Cayley rotation R(u) and D_c the identity or a half turn; s = 1 + |u|^2 makes s R(u)
-polynomial. x is the way from the first cable's exit point to its platform point. With q_i = R (b_i - b_1),
-a_i = A_i - A_1 and d_i = a_i - q_i, the taut cables' lengths say
+Rotations are R(u) D_c with the Cayley rotation R(u) and D_c the identity or a half turn; s = 1 + |u|^2 makes
+s R(u) polynomial. x is the way from the first cable's exit point to its platform point. With
+q_i = R (b_i - b_1), a_i = A_i - A_1 and d_i = a_i - q_i, the taut cables' lengths say
 
     |x|^2 = l_1^2,    d_i . x = K_i = (|d_i|^2 + l_1^2 - l_i^2) / 2,
 
-and the balance sum t_i w_i + w_0 = 0 has, about the first platform point and with moments divided by a length,
+and the balance sum t_i w_i + w_0 = 0 has, about the first platform point and with moments divided by a
+length,
 
     w_1 = (-x, 0),    w_i = (d_i - x, q_i x (a_i - x)),    w_0 = (f, -r_1 x f).
 
@@ -76,7 +77,7 @@ class Turned:
         return a, q, [self.s * x - y for x, y in zip(a, q, strict=True)], self.s * half - dot(a, q)
 
     def lines(self) -> list[tuple[Vector, fmpq_mpoly]]:
-        """Return (s d_i, s K_i) of the linear equations of the taut cables; in a plane y . x = 0 is the second one."""
+        """Return (s d_i, s K_i) of the linear equations of lengths; in a plane y . x = 0 is the second one."""
         found = [(d, k) for _, _, d, k in self.cables[1 : self.platform.taut]]
         zero = RING.constant(0)
         return [found[0], ([zero, self.s, zero], zero), *found[1:]] if self.platform.planar else found

@@ -1,7 +1,8 @@
 """Exact polynomials over a cell: every symbol stands for a number in [-1, 1].
 
-Coefficients are rationals, so nothing is ever rounded; a number that is only known to lie in a range is its middle
-plus its radius times a symbol of its own. A bound is the constant term minus or plus the sizes of all others.
+Coefficients are rationals, so nothing is ever rounded; a number that is only known to lie in a range is its
+middle plus its radius times a symbol of its own. A bound is the constant term minus or plus the sizes of
+all others.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ Vector = list[fmpq_mpoly]
 ZERO = fmpq(0)
 
 TURN, PLACE, ALONG, TENSION, DATA = 0, 3, 6, 6, 12
-"""First symbols of: u (3), the position (3), in cells its distance along a normal, in roots the tensions (6); uncertain data (10)."""
+"""First symbols of: u (3), the position (3), its distance along a normal or the tensions (6), data (10)."""
 SYMBOLS = 22
 RING = fmpq_mpoly_ctx.get([f"e{k}" for k in range(SYMBOLS)], Ordering.deglex)
 SYMBOL = RING.gens()
@@ -86,7 +87,7 @@ def highest(p: fmpq_mpoly) -> fmpq:
 
 def has_no_zero(p: fmpq_mpoly) -> bool:
     """Return True when p is proved to have one sign."""
-    return 2 * abs(centre(p)) > size(p)
+    return bool(2 * abs(centre(p)) > size(p))
 
 
 def slopes(p: fmpq_mpoly, symbols: Sequence[int]) -> list[fmpq]:
@@ -102,4 +103,3 @@ def number(value: fmpq) -> float:
 def upto(p: fmpq_mpoly, degree: int) -> fmpq_mpoly:
     """Return a polynomial near the terms of p up to a degree, its coefficients short numbers."""
     return RING.from_dict({e: rational(number(c)) for e, c in p.to_dict().items() if sum(e) <= degree})
-

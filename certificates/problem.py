@@ -66,8 +66,19 @@ class Listed:
 
 def entry_of(entry, what, keys):
     from certificates.verdicts import Malformed
-    if set(entry) != set(keys): raise Malformed(what)
+
+    if set(entry) != set(keys):
+        raise Malformed(what)
     return entry
-def index_of(v, n, what): return v
-def list_of(v, what, n=None): return v
-def bounds_of(v, what): return (float.fromhex(v[0]), float.fromhex(v[1]))
+
+
+def index_of(v, n, what):
+    return v
+
+
+def list_of(v, what, n=None):
+    return v
+
+
+def bounds_of(v, what):
+    return (float.fromhex(v[0]), float.fromhex(v[1]))

@@ -1,7 +1,7 @@
 """Roots: boxes of poses that hold exactly one zero of a subset's equations, and tight bounds of that zero.
 
-The unknowns are the free entries of u, x and the tensions t over the lengths; the equations are lengths and balance. For
-six taut cables the lengths alone fix the pose, and t follows.
+The unknowns are the free entries of u, x and the tensions t over the lengths; the equations are lengths and
+balance. For six taut cables the lengths alone fix the pose, and t follows.
 """
 
 from __future__ import annotations
@@ -94,7 +94,9 @@ class System:
 
         With L near a left inverse of the wrenches W: t - t_0 = -L (W t_0 + w_0) - (L W - I)(t - t_0).
         """
-        z = self.around([*middle[:6], *[ZERO] * self.platform.taut], [*radius[:6], *[ZERO] * self.platform.taut])
+        z = self.around(
+            [*middle[:6], *[ZERO] * self.platform.taut], [*radius[:6], *[ZERO] * self.platform.taut]
+        )
         *wrenches, load = Turned(self.platform, self.chart, z[:3]).wrenches(z[3:6])
         columns = [[number(centre(v)) for v in w] for w in wrenches]
         left = guess.solve(guess.gram(columns), columns)
@@ -104,7 +106,9 @@ class System:
         t = [-total([constant(v) * centre(f) for v, f in zip(row, load, strict=True)]) for row in L]
         rest = [f + dot(t, [w[k] for w in wrenches]) for k, f in enumerate(load)]
         wrong = [size(combine(row, rest)) for row in L]
-        error = [[size(combine(row, w) - int(i == j)) for j, w in enumerate(wrenches)] for i, row in enumerate(L)]
+        error = [
+            [size(combine(row, w) - int(i == j)) for j, w in enumerate(wrenches)] for i, row in enumerate(L)
+        ]
         bound = contained(wrong, error)
         return None if bound is None else ([centre(v) for v in t], bound)
 
@@ -122,7 +126,7 @@ class System:
         return self.deviation(self.equations(z)) is not None
 
     def deviation(self, equations: Vector) -> list[list[fmpq]] | None:
-        """Return |C J - I| over the symbols' box where its spectral radius is below 1, C being a float inverse."""
+        """Return |C J - I| over the box where its spectral radius is below 1, C being a float inverse."""
         J = self.changes(equations)
         inverse = guess.inverse([[number(centre(v)) for v in row] for row in J])
         if inverse is None:
@@ -135,7 +139,7 @@ class System:
         return error if contained([ZERO] * len(C), error) is not None else None
 
     def zero_near(self, lo: Sequence[float], hi: Sequence[float]) -> Zero | None:
-        """Return tight bounds of a zero that Newton finds from a box's middle, proved by the Krawczyk operator."""
+        """Return tight bounds of a zero, found by Newton from a box's middle and proved by Krawczyk."""
         n = self.platform.taut
         z = [(rational(a) + rational(b)) / 2 for a, b in zip(lo, hi, strict=True)]
         start = self.tensions(z, [ZERO] * 6)
@@ -169,7 +173,9 @@ class System:
             image = []
             for i, row in enumerate(C):
                 columns = enumerate(zip(*J, strict=True))
-                image.append(wrong[i] + total_size([combine(row, c) - int(i == j) * reach[j] for j, c in columns]))
+                image.append(
+                    wrong[i] + total_size([combine(row, c) - int(i == j) * reach[j] for j, c in columns])
+                )
             if all(new < old for new, old in zip(image, reach, strict=True)):
                 for k, r in zip(places, image, strict=True):
                     radius[k] = r

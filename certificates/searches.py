@@ -12,8 +12,8 @@ from typing import Any
 from flint import arb, arb_mat, fmpq
 
 from certificates import families
-from certificates.cells import Place, no_position, on_branch
 from certificates.balls import column, hull, norm, unit
+from certificates.cells import Place, no_position, on_branch
 from certificates.claims import Pose, check_pose, spoke
 from certificates.frames import Setting, settings
 from certificates.geometry import HALF_TURNS, Turned
@@ -46,7 +46,10 @@ class Root:
 
     def holds(self, chart: int, entries: list[tuple[fmpq, fmpq]]) -> bool:
         """Return True when bounds of (u, x) lie in the box."""
-        within = (rational(lo) <= a and b <= rational(hi) for (a, b), (lo, hi) in zip(entries, self.box, strict=True))
+        within = (
+            rational(lo) <= a and b <= rational(hi)
+            for (a, b), (lo, hi) in zip(entries, self.box, strict=True)
+        )
         return self.chart == chart and all(within)
 
 
@@ -57,12 +60,18 @@ class Search:
         self.problem, self.setting = problem, setting
         found = entry_of(entry, "search", ("order", "roots", "trees"))
         n = len(setting.taut)
-        self.order = tuple(index_of(v, len(problem.names), "order") for v in list_of(found["order"], "order", n))
+        self.order = tuple(
+            index_of(v, len(problem.names), "order") for v in list_of(found["order"], "order", n)
+        )
         if sorted(self.order) != list(setting.taut):
             raise Malformed("order: not the taut cables")
         self.roots = [self.read_root(v, solutions) for v in list_of(found["roots"], "roots")]
         self.platform = setting.cables(problem, self.order)
-        self.leaves = [leaf for chart, tree in enumerate(list_of(found["trees"], "trees", 4)) for leaf in self.read_tree(chart, tree)]
+        self.leaves = [
+            leaf
+            for chart, tree in enumerate(list_of(found["trees"], "trees", 4))
+            for leaf in self.read_tree(chart, tree)
+        ]
 
     def read_root(self, entry: Any, solutions: int) -> Root:
         """Return a root as it is written."""
@@ -122,7 +131,9 @@ class Search:
         if not trace > 0:
             return None
         u = [(r[2, 1] - r[1, 2]) / trace, (r[0, 2] - r[2, 0]) / trace, (r[1, 0] - r[0, 1]) / trace]
-        x = base * (centre + rotation * column(self.problem.points[first]) - column(self.problem.exits[first]))
+        x = base * (
+            centre + rotation * column(self.problem.points[first]) - column(self.problem.exits[first])
+        )
         return [*u, *x.entries()]
 
     def check_root(self, root: Root, solutions: list[Listed]) -> int | None:
@@ -155,11 +166,15 @@ class Search:
         return root.pose
 
     def is_rejected(self, pose: Pose) -> bool:
-        """Return True for a pose that is proved not to be static: a cable would push, or another one is too long."""
+        """Return True for a pose proved not to be static: a cable would push, or another one is too long."""
         if not self.problem.ignore_tension_sign and any(t < 0 for t in pose.densities.values()):
             return True
         lengths = self.problem.lengths
-        return any(norm(spoke(self.problem, pose, i)[1]) > lengths[i][1] for i in range(len(lengths)) if self.may_be_slack(i))
+        return any(
+            norm(spoke(self.problem, pose, i)[1]) > lengths[i][1]
+            for i in range(len(lengths))
+            if self.may_be_slack(i)
+        )
 
     def check_alone(self, root: Root, listed: Listed) -> None:
         """Refuse a listed box that does not lie in its root's box: it might hold another pose."""
@@ -173,7 +188,10 @@ class Search:
         """Check a family by one of its poses."""
         if self.setting.vertical and self.setting.rod:
             raise NotProved("families about two axes cannot be checked")
-        point, direction = column(self.problem.exits[self.order[0]]), column(unit([-v for v in self.problem.load]))
+        point, direction = (
+            column(self.problem.exits[self.order[0]]),
+            column(unit([-v for v in self.problem.load])),
+        )
         if self.setting.rod:
             arm = next(self.problem.points[i] for i in self.setting.taut if any(self.problem.points[i]))
             point, direction = pose.centre, pose.rotation * column(unit(arm))
@@ -184,7 +202,7 @@ class Search:
         return root.pose
 
     def check_end(self, root: Root, alone: int) -> None:
-        """Refuse a root at which the platform is not held by one cable alone, the other of two having no tension."""
+        """Refuse a root where the platform is not held by one cable alone, the other having no tension."""
         if sorted(self.order) != sorted({alone, *self.order}) or len(self.order) != 2:
             raise NotProved("only a pose of two cables can be the end of a family")
         ends = families.ends(self.problem, alone, next(i for i in self.order if i != alone))
@@ -203,7 +221,7 @@ class Search:
                 parts += 1
                 continue
             if leaf.node is Node.CUT or parts + len(waiting) >= PIECES:
-                raise NotProved(f"{leaf.node.name.lower().replace('_', ' ')} is not confirmed in chart {cell.chart}, {cell.bounds}")
+                raise NotProved(f"{leaf.node.reason} is not confirmed in chart {cell.chart}, {cell.bounds}")
             waiting += cell.halves(self.longest(cell))
         return parts
 
@@ -222,7 +240,9 @@ class Search:
             return self.holds(leaf, cell, turned, x)
         if leaf.node is Node.NO_POSITION:
             return no_position(turned)
-        return all(self.on_side(leaf, cell, turned, side) for side in ((cell.side,) if cell.side else (1, -1)))
+        return all(
+            self.on_side(leaf, cell, turned, side) for side in ((cell.side,) if cell.side else (1, -1))
+        )
 
     def on_side(self, leaf: Leaf, cell: Cell, turned: Turned, side: int) -> bool:
         """Return True when what is said of a leaf in u is proved on one side."""
@@ -242,9 +262,14 @@ class Search:
             return place.no_length()
         if leaf.node is Node.CUT:
             assert leaf.kept is not None
-            return all(place.cut_to(k, old, new) for k, (old, new) in enumerate(zip(cell.bounds, leaf.kept.bounds, strict=True)))
+            return all(
+                place.cut_to(k, old, new)
+                for k, (old, new) in enumerate(zip(cell.bounds, leaf.kept.bounds, strict=True))
+            )
         if leaf.node is Node.TOO_LONG:
-            return self.may_be_slack(leaf.data[0]) and place.positive(turned.excess(self.place_of(leaf.data[0]), x))
+            return self.may_be_slack(leaf.data[0]) and place.positive(
+                turned.excess(self.place_of(leaf.data[0]), x)
+            )
         if self.problem.ignore_tension_sign:
             return False
         # Part of such a leaf may lie beside all poses with the right lengths, where balance says nothing.
@@ -263,9 +288,13 @@ class Search:
 def lies_in(values: list[arb], box: Bounds) -> bool:
     """Return True when numbers lie within bounds; where these are one number, when they may be it.
 
-    A pose of a plane or family has such entries exactly in one of the mirrored frames, and is far off in the other.
+    A pose of a plane or family has such entries exactly in one of the mirrored frames, and is far off in
+    the other.
     """
-    return all(v.contains(arb(lo)) if lo == hi else lo <= v and v <= hi for v, (lo, hi) in zip(values, box, strict=True))
+    return all(
+        v.contains(arb(lo)) if lo == hi else lo <= v and v <= hi
+        for v, (lo, hi) in zip(values, box, strict=True)
+    )
 
 
 def half_turn(chart: int) -> arb_mat:
@@ -284,7 +313,9 @@ def cayley(u: list[arb]) -> arb_mat:
 class Searches:
     """All searches of one subset."""
 
-    def __init__(self, problem: Problem, taut: tuple[int, ...], kind: Kind, entry: Any, solutions: list[Listed]) -> None:
+    def __init__(
+        self, problem: Problem, taut: tuple[int, ...], kind: Kind, entry: Any, solutions: list[Listed]
+    ) -> None:
         frames = settings(problem, taut, kind)
         given = list_of(entry, "searches", len(frames))
         self.solutions = solutions

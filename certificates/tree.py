@@ -1,4 +1,4 @@
-"""The search tree of one chart: a byte string that splits the chart into cells, each with the reason why it is settled."""
+"""The search tree of one chart: bytes that split it into cells, each with the reason why it is settled."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ class Node(IntEnum):
     SIDES = 6
     """The two sides of the plane of the centres, + first."""
     CUT = 7
-    """Parts of the cell where the lengths cannot hold are cut off: a byte of bits for the entries of (u, x), then their new bounds."""
+    """The lengths cannot hold in the rest of the cell: a byte of bits for (u, x), then new bounds."""
     HAND_ON = 8
     """From cells in u to cells in (u, x)."""
     NO_POSITION = 16
@@ -32,6 +32,11 @@ class Node(IntEnum):
     ROOT = 20
     PENDING = 21
     UNDECIDED = 22
+
+    @property
+    def reason(self) -> str:
+        """What a leaf says."""
+        return self.name.lower().replace("_", " ")
 
 
 @dataclass(frozen=True)

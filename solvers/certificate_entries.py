@@ -1,4 +1,4 @@
-"""A certificate's entries: for every taut subset that was to be examined what proves that its poses are all listed."""
+"""A certificate's entries: for every taut subset what proves that all its poses are listed."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from solvers.result import Solution
 
 Json = dict[str, Any]
 NEAR = 1e-6
-"""Entries of rotation matrices (and positions over 1 m) that differ by less may belong to one pose: it is checked."""
+"""Entries of rotation matrices that differ by less may belong to one pose: it is checked."""
 
 
 @dataclass(frozen=True, eq=False)

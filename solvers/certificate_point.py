@@ -35,7 +35,7 @@ MOST_PIECES = 64
 WIDENED = 1e-12
 """How much bounds of a family grow, in m and rad: the checker does not find its angle to the last bit."""
 WIDENED_POSE = 2.0**-50
-"""The same of a single pose: where frames are irrational a zero of the solver is a tiny ball of the checker."""
+"""The same of a single pose: a zero of the solver may be a tiny ball of the checker."""
 RANGE_SHARE = 0.05
 """The same where lengths are ranges, as a share of the bounds' width."""
 STEP_BITS = range(140, 20, -10)
@@ -108,7 +108,8 @@ def choices(
 
 def meet(a: Bounds, b: Bounds) -> bool:
     """Return True when two boxes (3, 2) meet or nearly do."""
-    return bool((wider(a, 0.0)[:, 0] <= b[:, 1]).all() and (b[:, 0] <= wider(a, 0.0)[:, 1]).all())
+    grown = wider(a, 0.0, WIDENED)
+    return bool((grown[:, 0] <= b[:, 1]).all() and (b[:, 0] <= grown[:, 1]).all())
 
 
 class Writer:
@@ -299,10 +300,8 @@ def widened(solution: Solution, ranges: bool = False) -> Solution:
     names = ("position", "height", "tensions", "distances", "rotation")
     fields: Json = {name: wider(getattr(solution, name), share, least) for name in names}
     if family is not None:
-        names = ("axis_point", "axis_direction", "angle_ranges")
-        parts: Json = {
-            n: wider(getattr(family, n), share, least) for n in names if getattr(family, n) is not None
-        }
+        given = {n: getattr(family, n) for n in ("axis_point", "axis_direction", "angle_ranges")}
+        parts: Json = {n: wider(v, share, least) for n, v in given.items() if v is not None}
         family = replace(family, **parts)
     return replace(solution, **fields, family=family)
 

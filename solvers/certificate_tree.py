@@ -1,7 +1,8 @@
-"""The search trees and roots of one taut subset for a certificate: cells are split until the checker can confirm each.
+"""The search trees and roots of one taut subset: cells are split until the checker can confirm each.
 
-Compiled kernels say which cells of u hold no equilibrium and why; their reasons are those of the format. Cells in
-(u, x) are tried with the checker's own tests. Nothing here needs to be trusted: what is written is checked.
+Compiled kernels say which cells of u hold no equilibrium and why; their reasons are those of the format.
+Cells in (u, x) are tried with the checker's own tests. Nothing here needs to be trusted: what is written is
+checked.
 """
 
 from __future__ import annotations
@@ -33,7 +34,7 @@ from certificates.verdicts import NotProved
 from solvers import platform_pose as pose
 from solvers import platform_turn as turn
 from solvers.platform_batch import NO_LENGTH, NO_POSITION, NOT_SLACK, OPEN, UNBALANCED
-from solvers.platform_record import look_pose, look_turn
+from solvers.platform_record import look_turn
 from solvers.platform_reduction import Reduced
 from solvers.platform_roots import Root
 from solvers.platform_scratch import form_arrays
@@ -49,7 +50,7 @@ SMALLEST = 1e-7
 USEFUL_CUT = 0.7
 """A cut is written when some entry keeps at most this share of its width."""
 WIDER = 1e-9
-"""A kept interval is widened by this share of its width: its ends need few digits then, and it stays proved."""
+"""A kept interval is widened by this share of its width, so that the checker confirms it."""
 UNKNOWN = base64.b64encode(bytes([Node.UNDECIDED])).decode("ascii")
 """A tree of one leaf."""
 GROWTH = (8.0, 4.0, 2.0, 1.0, 0.5, 0.25, 0.125, 0.0625, 0.03125)
@@ -72,7 +73,7 @@ class Recorder:
 
     def entry(self, whole: bool) -> dict[str, Any]:
         """Return the search as the document has it; where it was not ended its trees are pending."""
-        trees = []
+        trees: list[str | None] = []
         for chart in range(4):
             frozen = self.setting.frozen(chart)
             if frozen is None:
@@ -81,7 +82,11 @@ class Recorder:
             start = Cell(chart, tuple((0.0, 0.0) if k in frozen else (-1.0, 1.0) for k in range(3)))
             nodes = self.nodes(start) if whole else [leaf(Node.PENDING)]
             trees.append(base64.b64encode(b"".join(nodes)).decode("ascii"))
-        return {"order": list(self.search.order), "roots": [root_entry(r) for r in self.search.roots], "trees": trees}
+        return {
+            "order": list(self.search.order),
+            "roots": [root_entry(r) for r in self.search.roots],
+            "trees": trees,
+        }
 
     def add(self, root: Root, candidates: Sequence[int]) -> None:
         """Add a root with the first claim about it that the checker confirms, if any."""
@@ -101,7 +106,7 @@ class Recorder:
             return
 
     def box(self, root: Root) -> list[tuple[float, float]] | None:
-        """Return the largest box tried in which the checker finds one zero at most; None where there is none."""
+        """Return the largest box tried in which the checker finds one zero at most, or None."""
         z = root.core.mean(axis=1)
         turned = np.empty((3, 3))
         rotation_at(z[:3].copy(), turned)
@@ -142,14 +147,19 @@ class Recorder:
         widest = int(np.argmax(widths))
         if state == NOT_SLACK:
             cable = self.too_long(cell)
-            return (bytes([widest]), cell.halves(widest)) if cable is None else (leaf(Node.TOO_LONG, [cable]), ())
+            return (
+                (bytes([widest]), cell.halves(widest))
+                if cable is None
+                else (leaf(Node.TOO_LONG, [cable]), ())
+            )
         if state in REASONS:
             return leaf(REASONS[state], self.written_y()), ()
         if state == turn.BOTH:
             return bytes([Node.SIDES]), [Cell(cell.chart, cell.bounds, side) for side in (1, -1)]
         if self.setting.planar:
             self.place[1] = 0.0
-        if state == OPEN and self.is_settled(cell.chart, [*cell.bounds, *map(tuple, self.place.tolist())]):
+        place = [(lo, hi) for lo, hi in self.place.tolist()]
+        if state == OPEN and self.is_settled(cell.chart, [*cell.bounds, *place]):
             return leaf(Node.ROOT), ()
         if state == turn.UNSMOOTH and max(widths) <= turn.FOLD_WIDTH:
             most = self.search.reach
@@ -187,7 +197,10 @@ class Recorder:
         if self.is_settled(cell.chart, cell.bounds):
             return leaf(Node.ROOT), ()
         u, x = (
-            [between(rational(lo), rational(hi), 3 * part + k) for k, (lo, hi) in enumerate(cell.bounds[3 * part : 3 * part + 3])]
+            [
+                between(rational(lo), rational(hi), 3 * part + k)
+                for k, (lo, hi) in enumerate(cell.bounds[3 * part : 3 * part + 3])
+            ]
             for part in (0, 1)
         )
         platform = self.search.platform
@@ -214,7 +227,10 @@ class Recorder:
 
     def cable_at(self, j: int) -> int:
         """Return the cable at a place of the platform's list."""
-        return [*self.search.order, *(i for i in range(len(self.search.problem.names)) if i not in self.search.order)][j]
+        return [
+            *self.search.order,
+            *(i for i in range(len(self.search.problem.names)) if i not in self.search.order),
+        ][j]
 
     def cut(self, cell: Cell, place: Place) -> tuple[bytes, Sequence[Cell]] | None:
         """Return the node that cuts a cell to where the lengths can hold, where that helps."""
