@@ -77,7 +77,7 @@ class Turned:
         return a, q, [self.s * x - y for x, y in zip(a, q, strict=True)], self.s * half - dot(a, q)
 
     def lines(self) -> list[tuple[Vector, fmpq_mpoly]]:
-        """Return (s d_i, s K_i) of the linear equations of lengths; in a plane y . x = 0 is the second one."""
+        """Return (s d_i, s K_i) of the linear equations of lengths; in a plane y . x = 0 is second."""
         found = [(d, k) for _, _, d, k in self.cables[1 : self.platform.taut]]
         zero = RING.constant(0)
         return [found[0], ([zero, self.s, zero], zero), *found[1:]] if self.platform.planar else found
