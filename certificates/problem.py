@@ -121,7 +121,7 @@ def read_problem(document: Any) -> Problem:
     most = 6 if not problem.is_point_mass else len(names) if problem.is_elastic else 3
     needed(problem.taut is None or len(problem.taut) <= most, "too many taut cables are asked for")
     legs = not problem.is_point_mass and problem.taut is not None and len(problem.taut) == 6
-    needed(legs or not problem.ignore_tension_sign, "tensions of any sign are for six taut cables of a platform")
+    needed(legs or not problem.ignore_tension_sign, "tensions of any sign need six taut cables of a platform")
     return problem
 
 
@@ -138,7 +138,7 @@ def read_cable(value: Any, centre: Exact) -> tuple[str, Exact, Exact, tuple[fmpq
 def read_taut(value: Any, count: int, least: int = 1) -> tuple[int, ...]:
     """Return cables in ascending order."""
     taut = tuple(index_of(v, count, "taut") for v in list_of(value, "taut"))
-    needed(len(taut) >= least and list(taut) == sorted(set(taut)), "taut: cables in ascending order are needed")
+    needed(len(taut) >= least and list(taut) == sorted(set(taut)), "taut: cables are not in ascending order")
     return taut
 
 

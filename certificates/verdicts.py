@@ -51,7 +51,7 @@ class Report:
         """Return what to print, the verdict first."""
         partial = " (partial)" if self.verdict is Verdict.PROVED and not self.complete else ""
         return [
-            ascii(f"{self.verdict}{partial}: {self.message}")[1:-1],
+            f"{self.verdict}{partial}: {self.message}".encode("ascii", "backslashreplace").decode(),
             f"{self.solutions} solutions, {self.subsets} subsets, {self.leaves} cells",
             f"{self.checked} cells checked in {self.parts} parts, {self.seconds:.2f} s",
             f"{self.pending} pending, {self.undecided} undecided",
