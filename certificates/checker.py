@@ -65,7 +65,7 @@ class Certificate:
         return self.kept[1]
 
     def check_entry(self, k: int) -> tuple[set[int], int, int, int]:
-        """Check a subset but for its cells; return its solutions, and how many cells, pending and undecided."""
+        """Check a subset but for its cells; return solutions, numbers of cells, pending, undecided."""
         entry, taut = self.entries[k], self.subsets[k]
         kind = None if self.problem.is_point_mass else classify(self.problem, taut)
         place = "point" if kind in (None, Kind.FREE, Kind.ONE_POINT) else "searches"

@@ -61,14 +61,19 @@ def refused(name: str) -> None:
     raise Malformed(f"{name} is not a number")
 
 
-def write(path: str | Path, document: dict[str, Any]) -> None:
-    """Write a document: the same bytes for the same document, in one step."""
+def pack(document: dict[str, Any]) -> bytes:
+    """Return the bytes of a file: the same for the same document."""
     text = json.dumps(document, sort_keys=True, separators=(",", ":"), allow_nan=False)
     body = gzip.compress(text.encode(), mtime=0)
+    return HEAD + hashlib.sha256(body).hexdigest().encode() + b"\n" + body
+
+
+def write(path: str | Path, document: dict[str, Any]) -> None:
+    """Write a document in one step."""
     target = Path(os.path.realpath(path))
     scratch = target.with_name(f".{target.name[:100]}.{os.getpid()}.part")
     try:
-        scratch.write_bytes(HEAD + hashlib.sha256(body).hexdigest().encode() + b"\n" + body)
+        scratch.write_bytes(pack(document))
         scratch.replace(target)
     except BaseException:
         scratch.unlink(missing_ok=True)
