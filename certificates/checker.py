@@ -208,6 +208,7 @@ def summary(certificate: Certificate, report: Report) -> tuple[str, bool]:
         text += f" ({sum(s.family is not None for s in solutions)} with a family)"
     if problem.taut is not None:
         text += f" of {certificate.name(0)}"
+    text += " (slackness ignored)" * problem.ignore_slack + " (signs ignored)" * problem.ignore_tension_sign
     if report.pending or report.undecided or certificate.left_out:
         left = f"{report.pending} pending, {report.undecided} undecided, {certificate.left_out} not certified"
         return f"{text}; others may exist: {left}", False
