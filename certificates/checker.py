@@ -203,13 +203,15 @@ def require_apart(solutions: list[Listed]) -> None:
 def summary(certificate: Certificate, report: Report) -> tuple[str, bool]:
     """Return what the certificate claims, and whether it leaves nothing open."""
     problem, solutions = certificate.problem, certificate.solutions
-    text = f"{len(solutions) or 'no'} static pose{'s' * (len(solutions) > 1)}"
+    is_open = bool(report.pending or report.undecided or certificate.left_out)
+    number = str(len(solutions)) if solutions or is_open else "no"
+    text = f"{number} static pose{'s' * (len(solutions) != 1 and number != 'no')}"
     if any(s.family for s in solutions):
         text += f" ({sum(s.family is not None for s in solutions)} with a family)"
     if problem.taut is not None:
         text += f" of {certificate.name(0)}"
     text += " (slackness ignored)" * problem.ignore_slack + " (signs ignored)" * problem.ignore_tension_sign
-    if report.pending or report.undecided or certificate.left_out:
+    if is_open:
         left = f"{report.pending} pending, {report.undecided} undecided, {certificate.left_out} not certified"
         return f"{text}; others may exist: {left}", False
     text += ", and no other one" if solutions else ""
