@@ -2,6 +2,7 @@
 
 import copy
 from collections.abc import Iterator
+from fractions import Fraction
 from typing import Any
 
 import pytest
@@ -12,7 +13,8 @@ from certificates.literals import bounds_of, exact
 from certificates.problem import read_problem, read_solutions
 from certificates.tree import Node
 from certificates.verdicts import Malformed, Verdict
-from solvers.certificate import exact_text
+from solvers.certificate import certificate_document, document_solutions, exact_text
+from solvers.certificate_entries import subset_entries
 from solvers.certificate_point import certificate_question, listed_solution, widened
 from solvers.forward import answer_question, pose_problem
 from solvers.problem import Options
@@ -39,9 +41,6 @@ def at(document: Any, path: tuple[Any, ...]) -> Any:
 
 def family() -> dict[str, Any]:
     """Return a certificate of one cable of a platform."""
-    from solvers.certificate import certificate_document
-    from solvers.certificate_entries import subset_entries
-
     made = robot(FAMILY_EXITS[:1], [(0.0, 0.0, 0.4)])
     problem = pose_problem(made, ["1"], None, None, Options())
     result = answer_question(problem, Options())
@@ -78,8 +77,6 @@ def test_every_key_is_needed_and_no_other_allowed(document, tmp_path):
         for key in entry:
             less = copy.deepcopy(document)
             del at(less, path)[key]
-            if (path, key) == (("robot", "cables", 0), "nothing"):
-                continue
             assert verdict(tmp_path, less) in (Verdict.MALFORMED, Verdict.NOT_PROVED), (path, key)
         more = copy.deepcopy(document)
         at(more, path)["more"] = None
@@ -92,7 +89,7 @@ def test_a_wrong_kind_of_value_is_refused_at_every_place(document, tmp_path):
         for odd in ODD:
             if type(odd) is type(old) and type(odd) in (str, bool, int):
                 continue
-            if may_be(path, odd):
+            if may_be(path, odd) or (type(odd) is type(old) and odd == old):
                 continue
             found = verdict(tmp_path, changed(document, *path, value=copy.deepcopy(odd)))
             assert found in (Verdict.MALFORMED, Verdict.NOT_PROVED), (path, odd)
@@ -120,8 +117,6 @@ def test_the_question_is_restored(tmp_path):
     problem = pose_problem(made, ["1.03", "1..1.25", 1.1], None, force, Options())
     options = Options(ignore_slack=True)
     result = answer_question(problem, options)
-    from solvers.certificate import certificate_document, document_solutions
-
     entry = {"taut": [0], "point": {"poses": list(range(len(result.solutions))), "proof": {}}}
     document = certificate_document(problem, options, result, [entry])
     question = read_problem(document)
@@ -231,8 +226,6 @@ def test_bounds_are_doubles_as_python_writes_them(odd):
 
 
 def test_exact_texts_are_restored():
-    from fractions import Fraction
-
     texts = {"0.5": "0.5", "-2.690": "-2.69", "1/3": "1/3", "0": "0", "-0.001": "-0.001", "1200": "1200"}
     for given, wanted in texts.items():
         assert exact_text(Fraction(given)) == wanted
