@@ -21,7 +21,7 @@ FIELDS = ("position", "rotation", "height", "tensions", "distances")
 
 
 def document_solutions(problem: Problem, result: Result) -> list[Solution]:
-    """Return the solutions that a certificate may list, `widened`, in its order: entries refer to their places."""
+    """Return what a certificate may list, `widened`, in its order: entries refer to these places."""
     ranges = any(lo < hi for lo, hi in problem.lengths)
     return [widened(s, ranges) for s in result.solutions if hindrance(s) is None]
 

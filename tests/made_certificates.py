@@ -32,9 +32,9 @@ def three_poses() -> dict[str, Any]:
     return hanging(["2", "3"], ignore_slack=True)
 
 
-def platform(*trees: bytes) -> dict[str, Any]:
-    """Return the certificate of three taut cables that are far too short, with these search trees."""
-    problem = pose_problem(robot(EXITS, POINTS), ["3", "3", "3", "3"], "c0,c1,c2", None, Options())
+def platform(*trees: bytes, length: str = "3") -> dict[str, Any]:
+    """Return the certificate of three taut cables, far too short or 120 m long, with these search trees."""
+    problem = pose_problem(robot(EXITS, POINTS), [length] * 4, "c0,c1,c2", None, Options())
     search = {"order": [0, 1, 2], "roots": [], "trees": [base64.b64encode(tree).decode() for tree in trees]}
     entries = [{"taut": [0, 1, 2], "searches": [search]}]
     result = build_result(problem, Options(), Answer(()), 0.0)

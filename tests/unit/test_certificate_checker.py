@@ -121,7 +121,8 @@ def test_what_fails_says_where(tmp_path):
 
 
 @pytest.mark.parametrize(
-    "error", [ZeroDivisionError, OverflowError, ValueError, MemoryError, RecursionError, AssertionError, KeyError]
+    "error",
+    [ZeroDivisionError, OverflowError, ValueError, MemoryError, RecursionError, AssertionError, KeyError],
 )
 def test_a_computation_that_fails_proves_nothing(tmp_path, monkeypatch, error):
     def fail(*given):
@@ -149,8 +150,13 @@ def test_open_cells_are_counted(tmp_path):
 
 @pytest.mark.parametrize("jobs", [1, 2])
 def test_a_wrong_cell_is_named(tmp_path, jobs):
-    trees = [leaf(Node.UNDECIDED, 3), leaf(Node.UNDECIDED, 2), leaf(Node.UNBALANCED) + bytes(12), leaf(Node.UNDECIDED, 4)]
-    report = check(tmp_path, platform(*trees), jobs=jobs)
+    trees = [
+        leaf(Node.UNDECIDED, 3),
+        leaf(Node.UNDECIDED, 2),
+        leaf(Node.NO_POSITION),
+        leaf(Node.UNDECIDED, 4),
+    ]
+    report = check(tmp_path, platform(*trees, length="120"), jobs=jobs)
     assert report.verdict is Verdict.NOT_PROVED
     assert report.message.startswith("subset c0,c1,c2: cell 13: ")
 

@@ -22,7 +22,25 @@ from tests.made_certificates import changed, hanging, leaf, platform, three_pose
 from tests.point_certificates import robot, vector
 
 FAMILY_EXITS = [(0.0, 0.0, 3.0), (2.0, 0.0, 3.0), (1.0, 2.0, 3.0)]
-ODD = [None, True, -1, 0, 10**9, 1.5, "", "x", "\n", "\ud800", "1e999", "1/0", "nan", [], [[]], {}, {"taut": []}]
+ODD = [
+    None,
+    True,
+    -1,
+    0,
+    10**9,
+    1.5,
+    "",
+    "x",
+    "\n",
+    "\ud800",
+    "1e999",
+    "1/0",
+    "nan",
+    [],
+    [[]],
+    {},
+    {"taut": []},
+]
 
 
 def places(value: Any, path: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]]:
@@ -97,7 +115,9 @@ def test_a_wrong_kind_of_value_is_refused_at_every_place(document, tmp_path):
 
 def may_be(path: tuple[Any, ...], odd: Any) -> bool:
     """Return True where the value is allowed: nothing more is claimed than before, or another question asked."""
-    return (path[-2:] == ("question", "taut") and odd is None) or (path[-1] == "slack_respected" and odd is None)
+    return (path[-2:] == ("question", "taut") and odd is None) or (
+        path[-1] == "slack_respected" and odd is None
+    )
 
 
 def test_another_text_is_refused_or_says_nothing(document, tmp_path):
@@ -123,7 +143,9 @@ def test_the_question_is_restored(tmp_path):
     assert question == certificate_question(problem, options)
     solutions = document_solutions(problem, result)
     assert [listed_solution(s) for s in solutions] == read_solutions(document, question)
-    assert [widened(s, True).height.tolist() for s in result.solutions] == [s.height.tolist() for s in solutions]
+    assert [widened(s, True).height.tolist() for s in result.solutions] == [
+        s.height.tolist() for s in solutions
+    ]
 
 
 @pytest.mark.parametrize("taut", [[], [1, 0], [0, 0], [2], [True]])
@@ -200,7 +222,10 @@ def test_more_than_64_cables_or_too_many_taut_ones_are_malformed():
         (("states",), ["taut", "loose"]),
         (("position_m", 0), ["0x1.0000000000000p+1", "0x1.0000000000000p+0"]),
         (("stability",), "maybe"),
-        (("family",), {"kind": "torus", "axis_point_m": None, "axis_direction": None, "angle_ranges_rad": []}),
+        (
+            ("family",),
+            {"kind": "torus", "axis_point_m": None, "axis_direction": None, "angle_ranges_rad": []},
+        ),
     ],
 )
 def test_rules_of_solutions(keys, value):
