@@ -16,7 +16,7 @@ from flint import arb, arb_mat, ctx, fmpq, fmpq_mat
 
 from certificates.balls import BITS, Vector, column, hull, minus, norm
 from certificates.claims import Pose, check_pose, claimed
-from certificates.literals import exact, exacts, fields, index
+from certificates.literals import entry_of, exact, exacts, index_of, list_of
 from certificates.polynomials import dot
 from certificates.problem import Listed, Problem
 from certificates.verdicts import Malformed, NotProved
@@ -56,10 +56,9 @@ def pose_indices(
     """Return the solutions that an entry points to (None: proved absent), and its proof."""
     if problem.ignore_tension_sign:
         raise NotProved("a lowest point says nothing about tensions of any sign")
-    chosen, proof = fields(entry, ("poses", "proof"))
-    if not isinstance(chosen, list) or len(chosen) != count:
-        raise Malformed(f"{count} poses are needed")
-    return [None if i is None else index(i, len(solutions)) for i in chosen], proof
+    chosen, proof = entry_of(entry, "point", ("poses", "proof")).values()
+    poses = list_of(chosen, "poses", count)
+    return [None if i is None else index_of(i, len(solutions), "poses") for i in poses], proof
 
 
 def check_absent(problem: Problem, taut: Sequence[int], found: Point | None) -> None:
@@ -102,8 +101,8 @@ def lowest_points(
     """Yield the lowest point for each part of the length ranges; None where there is proved to be none."""
     kind = proof.get("kind") if isinstance(proof, dict) else None
     if kind == "parts":
-        _, cable, at, parts = fields(proof, ("kind", "cable", "at", "parts"))
-        i, cut = index(cable, len(problem.names)), exact(at)
+        _, cable, at, parts = entry_of(proof, "parts", ("kind", "cable", "at", "parts")).values()
+        i, cut = index_of(cable, len(problem.names), "cable"), exact(at)
         lo, hi = problem.lengths[i]
         if cuts == MOST_CUTS or not lo <= cut <= hi or not isinstance(parts, list) or len(parts) != 2:
             raise Malformed("wrong cut of a length range")
@@ -121,7 +120,7 @@ def lowest_points(
 
 def by_weights(problem: Problem, cables: Sequence[int], proof: Any) -> None:
     """Prove that no point lies in all balls: sum w_i (|p - A_i|^2 - l_i^2) > 0 for every p."""
-    w = exacts(fields(proof, ("kind", "weights"))[1], len(cables))
+    w = exacts(entry_of(proof, "weights", ("kind", "weights"))["weights"], len(cables))
     if min(w) < 0 or not any(x > 0 for x in w):
         raise Malformed("weights must be non-negative, and one positive")
     exits = [problem.exits[i] for i in cables]
@@ -144,7 +143,8 @@ def by_duality(problem: Problem, cables: Sequence[int], proof: Any) -> Point:
     t_i (l_i^2 - |q - A_i|^2) <= 2 gap, as the products of sum t_i (p - A_i) = f with p - q show.
     A normal y bounds t_k by y . f = sum t_i y . (p - A_i).
     """
-    _, inner, weights, normals = fields(proof, ("kind", "inner", "densities", "normals"))
+    keys = ("kind", "inner", "densities", "normals")
+    _, inner, weights, normals = entry_of(proof, "duality", keys).values()
     q, t, f = exacts(inner, 3), exacts(weights, len(cables)), problem.load
     exits = [problem.exits[i] for i in cables]
     rooms = [problem.lengths[i][0] ** 2 - square(q, a) for i, a in zip(cables, exits, strict=True)]
@@ -160,9 +160,7 @@ def by_duality(problem: Problem, cables: Sequence[int], proof: Any) -> Point:
     arms = {i: minus(point, problem.exits[i]) for i in cables}
     near = [i for i in cables if not norm(arms[i]) < problem.lengths[i][0]]
     densities = {i: most[i] for i in near}
-    if not isinstance(normals, list) or len(normals) != len(cables):
-        raise Malformed("a normal or null is needed for every cable")
-    for i, normal in zip(cables, normals, strict=True):
+    for i, normal in zip(cables, list_of(normals, "normals", len(cables)), strict=True):
         if i in near and normal is not None:
             y = exacts(normal, 3)
             others = sum((most[j] * dot(y, arms[j]) for j in near if j != i), arb(0))
@@ -172,7 +170,7 @@ def by_duality(problem: Problem, cables: Sequence[int], proof: Any) -> Point:
 
 def by_newton(problem: Problem, cables: Sequence[int], proof: Any) -> Point:
     """Enclose the lowest point by a Krawczyk operator, from a start x = (p, t)."""
-    start, scale = fields(proof, ("kind", "start", "scale"))[1:]
+    _, start, scale = entry_of(proof, "newton", ("kind", "start", "scale")).values()
     try:
         system = System(problem, cables, exact(scale))
         x = system.zero([arb(v) for v in exacts(start, 3 + len(cables))])

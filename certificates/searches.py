@@ -17,8 +17,9 @@ from certificates.cells import Place, no_position, on_branch
 from certificates.claims import Pose, check_pose, spoke
 from certificates.frames import Setting, settings
 from certificates.geometry import HALF_TURNS, Turned
+from certificates.literals import bounds_of, entry_of, index_of, list_of
 from certificates.polynomials import Vector, between, highest, lowest, number, rational
-from certificates.problem import Listed, Problem, bounds_of, entry_of, index_of, list_of
+from certificates.problem import Listed, Problem
 from certificates.roots import System, Zero
 from certificates.subsets import Kind
 from certificates.tree import Cell, Leaf, Node, decode
@@ -160,7 +161,7 @@ class Search:
             raise NotProved("a root's pose is not listed and may be a solution")
         listed = solutions[root.pose]
         if listed.family is not None:
-            raise NotProved(f"solution {root.pose} is listed as a family but is a single pose")
+            raise NotProved(f"solution {root.pose + 1} is listed as a family but is a single pose")
         check_pose(self.problem, listed, self.setting.taut, pose)
         self.check_alone(root, listed)
         return root.pose

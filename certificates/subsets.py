@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Iterator
 from enum import Enum
 from itertools import combinations
 from typing import TYPE_CHECKING
@@ -49,17 +50,17 @@ def minus(a: Exact, b: Exact) -> Exact:
     return [x - y for x, y in zip(a, b, strict=True)]
 
 
-def examined(problem: Problem) -> list[tuple[int, ...]]:
-    """Return the subsets a certificate must have, in order."""
+def examined(problem: Problem) -> Iterator[tuple[int, ...]]:
+    """Yield the subsets a certificate must have, in order."""
     if problem.taut is not None:
-        return [problem.taut]
+        return iter([problem.taut])
     cables = range(len(problem.names))
     most = 6
     if problem.is_point_mass:
         if not problem.ignore_slack:
-            return [tuple(cables)]
+            return iter([tuple(cables)])
         most = len(cables) if problem.is_elastic else 3
-    return [taut for n in range(1, min(most, len(cables)) + 1) for taut in combinations(cables, n)]
+    return (taut for n in range(1, min(most, len(cables)) + 1) for taut in combinations(cables, n))
 
 
 def classify(problem: Problem, taut: tuple[int, ...]) -> Kind:
