@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 from cdpr_interval.robots.model import Robot, Vector
 
 if TYPE_CHECKING:
-    from solvers.certificate_entries import Record
+    from solvers.record import Record
 
 LengthRange = tuple[Fraction, Fraction]
 

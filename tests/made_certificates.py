@@ -24,7 +24,7 @@ def hanging(lengths: Any = hanging_mass.LENGTHS, taut: Any = None, **options: An
     chosen = Options(**options)
     problem = pose_problem(hanging_mass.robot(), lengths, taut, None, chosen)
     result = answer_question(problem, chosen)
-    return certificate_document(problem, chosen, result, subset_entries(problem, chosen, result, None))
+    return certificate_document(problem, chosen, result, subset_entries(problem, chosen, result))
 
 
 def three_poses() -> dict[str, Any]:

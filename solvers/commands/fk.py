@@ -102,6 +102,7 @@ def _read(
 def _options(given: dict[str, Any]) -> Options:
     from solvers.forward import read_method
     from solvers.problem import Method, Options
+    from solvers.record import Record
 
     errors = InputErrors()
     method = errors.read(read_method, given["method"], "--method")
@@ -117,6 +118,7 @@ def _options(given: dict[str, Any]) -> Options:
         time_limit=None if seconds is None else errors.read(read_float, seconds, "--time-limit"),
         cell_limit=None if cells is None else errors.read(read_count, cells, "--cell-limit"),
         threads=errors.read(read_count, threads, "--threads") or 0,
+        record=None if given["certificate"] is None else Record(),
     )
     errors.require_none()
     return options
@@ -154,7 +156,7 @@ def _certificate(problem: Problem, options: Options, result: Result) -> bytes:
     from solvers.certificate import certificate_document
     from solvers.certificate_entries import subset_entries
 
-    entries = subset_entries(problem, options, result, None)
+    entries = subset_entries(problem, options, result)
     return pack(certificate_document(problem, options, result, entries, []))
 
 

@@ -62,7 +62,7 @@ def family() -> dict[str, Any]:
     made = robot(FAMILY_EXITS[:1], [(0.0, 0.0, 0.4)])
     problem = pose_problem(made, ["1"], None, None, Options())
     result = answer_question(problem, Options())
-    return certificate_document(problem, Options(), result, subset_entries(problem, Options(), result, None))
+    return certificate_document(problem, Options(), result, subset_entries(problem, Options(), result))
 
 
 DOCUMENTS = {
