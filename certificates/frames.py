@@ -152,12 +152,9 @@ def settings(problem: Problem, taut: tuple[int, ...], kind: Kind) -> list[Settin
         names = (0, 2) if planar else (2, 0)
         platform = Frame({names[0]: Axis(first, DATA + 2), names[1]: Axis(across(first), DATA + 3)})
     elif planar:
-        normal = cross(points[0], points[1])
-        sides = [normal] if vertical else [normal, [-v for v in normal]]
-        return [
-            Setting(
-                taut, base, Frame({0: Axis(first, DATA + 2), 1: Axis(side, DATA + 3)}), True, vertical, False
-            )
-            for side in sides
+        third = cross(first, cross(points[0], points[1]))
+        frames = [
+            Frame({0: Axis(first, DATA + 2), 2: Axis(v, DATA + 3)}) for v in (third, [-x for x in third])
         ]
+        return [Setting(taut, base, frame, True, vertical, False) for frame in frames[: 1 if vertical else 2]]
     return [Setting(taut, base, platform, planar, vertical, rod)]
