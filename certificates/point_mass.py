@@ -111,7 +111,7 @@ def lowest_points(
             yield from lowest_points(replace(problem, lengths=lengths), cables, part, cuts + 1)
         return
     proofs = {"newton": by_newton, "duality": by_duality, "weights": by_weights}
-    if kind not in proofs:
+    if not isinstance(kind, str) or kind not in proofs:
         raise Malformed("unknown kind of proof")
     if kind != "newton" and any(problem.stiffness[i] is not None for i in cables):
         raise NotProved(f"{kind} proves nothing about elastic cables")
