@@ -41,7 +41,7 @@ U = range(TURN, TURN + 3)
 POSE = range(6)
 ON_BRANCH = (TURN, TURN + 1, TURN + 2, ALONG)
 """Symbols that matter on a branch: u, and the distance from a guess along the normal of the centres."""
-BALANCES = 2
+BALANCES = 3
 """Directions y tried on a cell."""
 
 
@@ -275,9 +275,10 @@ class Place:
                     for v, m in zip(slope, weights[-1], strict=True)
                 ]
             )
+        active = list(range(len(rows)))
         for _ in range(BALANCES):
-            left = [[-guess.inner(y, column) for column in zip(*change, strict=True)] for change in changes]
-            steps = guess.least_norm(rows, list(zip(*left, strict=True)))
+            left = [[-guess.inner(y, c) for c in zip(*changes[i], strict=True)] for i in active]
+            steps = guess.least_norm([rows[i] for i in active], list(zip(*left, strict=True)))
             if steps is None:
                 return False
             moving = [
@@ -295,8 +296,8 @@ class Place:
             if all(v > 0 for v in low):
                 return True
             radii = [guess.inner(y, row) - number(v) for v, row in zip(low, rows, strict=True)]
-            again = guess.least_norm(rows, [radii])
+            again = guess.direction(rows, radii)
             if again is None:
                 return False
-            y = again[0]
+            y, active = again
         return False

@@ -53,6 +53,25 @@ def least_norm(rows: Sequence[Row], rights: Sequence[Sequence[float]]) -> list[R
     return [[inner(column, weight) for column in columns] for weight in zip(*weights, strict=True)]
 
 
+def direction(rows: Sequence[Row], wanted: Sequence[float]) -> tuple[Row, list[int]] | None:
+    """Return a short y with row . y at least as wanted, and the rows where it is just that.
+
+    The multipliers of the shortest such y are not negative: rows with negative ones are dropped, the worst first.
+    """
+    active = list(range(len(rows)))
+    while active:
+        chosen = [rows[i] for i in active]
+        weights = solve(gram(chosen), [[wanted[i]] for i in active])
+        if weights is None:
+            return None
+        worst = min(range(len(active)), key=lambda k: weights[k][0])
+        if weights[worst][0] >= 0.0:
+            columns = zip(*chosen, strict=True)
+            return [inner(column, [w[0] for w in weights]) for column in columns], active
+        active.pop(worst)
+    return None
+
+
 def cross(a: Sequence[float], b: Sequence[float]) -> Row:
     """Return the vector product."""
     return [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]

@@ -260,7 +260,7 @@ def likely_direction(turned: Turned, x: Any) -> list[int] | None:
     rows = [[number(centre(v)) for v in w] for w in turned.wrenches(x)]
     lengths = [math.sqrt(guess.inner(row, row)) or 1.0 for row in rows]
     unit = [[v / length for v in row] for row, length in zip(rows, lengths, strict=True)]
-    found = guess.least_norm(unit, [[1.0] * len(unit)])
+    found = guess.direction(unit, [1.0] * len(unit))
     if found is None:
         return None
     most = max(map(abs, found[0]))

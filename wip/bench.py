@@ -14,7 +14,7 @@ for name,ls,N in (('uc3','7.5,8,7',200),('uc4','7.5,8,7,9',200)):
     pr=pose_problem(load_robot(name),ls,None,None,Options()); q=certificate_question(pr,Options())
     try: es=json.load(open(f'/tmp/p/cert/e_{name}.json'))
     except Exception: continue
-    taut=examined(q)[-1]
+    taut=list(examined(q))[-1]
     s=Search(q,settings(q,taut,classify(q,taut))[0],es[-1]['searches'][0],99)
     for node in ('UNBALANCED','NO_LENGTH'):
         lv=[l for l in s.leaves if l.node.name==node and not l.cell.placed]
