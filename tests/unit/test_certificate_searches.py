@@ -12,12 +12,16 @@ from typing import Any
 
 import numpy as np
 import pytest
+from flint import ctx
 
 from cdpr_interval import load_robot
-from certificates import check
+from certificates import check, searches
+from certificates.balls import BITS
+from certificates.checker import Certificate
 from certificates.container import pack
+from certificates.subsets import Kind
 from certificates.tree import Node
-from certificates.verdicts import Verdict
+from certificates.verdicts import NotProved, Verdict
 from solvers import certificate_tree
 from solvers.certificate import certificate_document
 from solvers.certificate_entries import subset_entries
@@ -293,12 +297,15 @@ def false_leaves(generator: random.Random) -> list[bytes]:
     ]
 
 
-def test_trees_with_parts_dropped_swapped_or_made_up_are_refused(uc2: dict[str, Any], tmp_path: Path):
+def test_trees_with_parts_dropped_swapped_or_made_up_are_refused(
+    uc2: dict[str, Any], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+):
+    # What is false stays so in more parts; fewer are refused sooner.
+    monkeypatch.setattr(searches, "PIECES", 16)
     generator = random.Random(SEED)
-    searches = uc2["subsets"][2]["searches"]
     for search in (0, 1):
         for chart in (0, 2):
-            tree = base64.b64decode(searches[search]["trees"][chart])
+            tree = base64.b64decode(uc2["subsets"][2]["searches"][search]["trees"][chart])
             splits = inner(tree)
             if not splits:
                 continue
@@ -368,12 +375,64 @@ def test_a_solver_that_settles_cells_too_early_is_found_out(monkeypatch: pytest.
     assert verdict(tmp_path, document_of(problem, options, result)) is Verdict.NOT_PROVED
 
 
-def test_a_solver_whose_bounds_are_too_tight_is_found_out(monkeypatch: pytest.MonkeyPatch, tmp_path: Path):
-    problem, options, result = solved("uc2", LENGTHS, "c1,c2")
-    tight = [
-        replace(s, tensions=s.tensions.mean(axis=1, keepdims=True).repeat(2, axis=1) * 1.001)
-        for s in result.solutions
-    ]
-    document = document_of(problem, options, replace(result, solutions=tuple(tight)))
-    assert document["solutions"] == [] and len(document["not_certified"]) == 8
-    assert verdict(tmp_path, document) is Verdict.PROVED
+@pytest.fixture(scope="module")
+def uc3() -> dict[str, Any]:
+    """The certificate of the three taut cables of uc3: 14 poses, 30 000 cells."""
+    return document_of(*solved("uc3", "7.5,8,7", "c1,c2,c3"))
+
+
+def searches_of(document: dict[str, Any]) -> searches.Searches:
+    """Return the searches of a certificate's only subset."""
+    return Certificate(pack(document)).searches(0, Kind.GENERAL)
+
+
+def confirmed(found: searches.Searches, leaf: Any) -> bool:
+    """Return True when the checker confirms a leaf."""
+    try:
+        with ctx.workprec(BITS):
+            found.check(leaf)
+    except NotProved:
+        return False
+    return True
+
+
+def test_leaves_of_a_large_certificate_are_confirmed(uc3: dict[str, Any]):
+    found = searches_of(uc3)
+    assert len(found.leaves) > 10_000 and found.open == (0, 0)
+    assert sum(map(len, reader.trees(uc3))) < 40 * len(found.leaves)
+    with ctx.workprec(BITS):
+        assert found.check_roots() == set(range(14))
+    generator = random.Random(SEED)
+    for leaf in generator.sample(found.leaves, 150):
+        assert confirmed(found, leaf), leaf[1]
+
+
+def test_false_leaves_of_a_large_certificate_are_refused(
+    uc3: dict[str, Any], monkeypatch: pytest.MonkeyPatch
+):
+    monkeypatch.setattr(searches, "PIECES", 16)
+    generator, tried = random.Random(SEED), 0
+    before = {leaf for _, leaf in searches_of(uc3).leaves}
+    while tried < 12:
+        chart = generator.randrange(4)
+        tree = base64.b64decode(uc3["subsets"][0]["searches"][0]["trees"][chart])
+        splits = inner(tree)
+        if not splits:
+            continue
+        place, tried = generator.choice(splits), tried + 1
+        instead = generator.choice([v for v in false_leaves(generator) if v and v[0] != Node.TOO_LONG])
+        changed = with_tree(uc3, 0, chart, lambda t, p=place, v=instead: without(t, p, v))
+        found = searches_of(changed)
+        new = [leaf for leaf in found.leaves if leaf[1] not in before]
+        assert new and not all(confirmed(found, leaf) for leaf in new)
+
+
+def test_a_tree_with_swapped_halves_is_refused(uc3: dict[str, Any]):
+    generator = random.Random(SEED)
+    before = {leaf for _, leaf in searches_of(uc3).leaves}
+    for chart in range(4):
+        tree = base64.b64decode(uc3["subsets"][0]["searches"][0]["trees"][chart])
+        place = generator.choice(inner(tree)[-20:])
+        found = searches_of(with_tree(uc3, 0, chart, lambda t, p=place: swapped(t, p)))
+        new = [leaf for leaf in found.leaves if leaf[1] not in before]
+        assert new and not all(confirmed(found, leaf) for leaf in new)
