@@ -3,3 +3,18 @@
 This package imports the standard library, python-flint and itself, nothing else: it shares no
 code with the programs whose results it checks.
 """
+
+from __future__ import annotations
+
+from typing import Any
+
+__all__ = ["check"]
+
+
+def __getattr__(name: str) -> Any:
+    """Import `check` on first use: python-flint takes a while to load."""
+    if name != "check":
+        raise AttributeError(name)
+    from certificates.checker import check
+
+    return check

@@ -40,6 +40,8 @@ class ExitCode(IntEnum):
     INVALID = 2
     INCOMPLETE = 3
     NO_POSE = 4
+    NOT_PROVED = 5
+    """A certificate's claims do not follow from what is in it."""
     INTERRUPTED = 130
     OUTPUT_CLOSED = 141
     """The reader of the output has gone (``| head``): what a shell reports for a process ended by SIGPIPE."""

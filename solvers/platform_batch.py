@@ -26,6 +26,15 @@ OPEN = STUCK
 """State of a lane about which nothing is known yet; others are EMPTY and SMALLER (its own child)."""
 WIDE = 5
 """State of a lane too wide to be contracted."""
+NO_POSITION, NO_LENGTH, NOT_SLACK, UNBALANCED, SETTLED = range(16, 21)
+"""States of lanes proved empty, by reason: the triple's spheres have no common point, a taut cable's length
+cannot hold, another cable would be too long, no tensions balance the load, all is in one root's box."""
+
+
+@kernel()
+def is_empty(state: int) -> bool:
+    """Return True for the states of lanes that hold no equilibrium but those of known roots."""
+    return state == EMPTY or state >= NO_POSITION
 
 
 @kernel()

@@ -21,8 +21,7 @@ from cdpr_interval.kernels.second_order import (
     bounds,
     combine2,
 )
-from solvers.platform_batch import FLAGS, OPEN
-from solvers.platform_elimination import EMPTY
+from solvers.platform_batch import FLAGS, OPEN, SETTLED
 from solvers.platform_polynomials import (
     MOST_TAUT,
     ROOT_ARM,
@@ -131,7 +130,7 @@ def near_root(roots: Any, k: int, C: LaneArray, lane: int, chart: int, size: int
 def settled(
     F: Forms, W: LaneArray, model: Any, roots: Any, C: LaneArray, chart: int, states: Any, S: Symbols
 ) -> None:
-    """Mark as EMPTY the open lanes all of whose equilibria lie in one root's uniqueness box.
+    """Mark as SETTLED the open lanes all of whose equilibria lie in one root's uniqueness box.
 
     ``roots`` : (m, 1 + 2 (6 + n)) chart, then lo and hi of the boxes. ``chart`` : the cells'
     column with theirs. Needs ``wrench_rows``.
@@ -154,4 +153,4 @@ def settled(
                 inside = inside and roots[k, 7 + i] <= W[TENSIONS, j, lane]
                 inside = inside and W[TENSIONS + 1, j, lane] <= roots[k, 7 + size + i]
             if inside:
-                states[lane] = EMPTY
+                states[lane] = SETTLED

@@ -19,7 +19,21 @@ from cdpr_interval.kernels.kernel import kernel
 from cdpr_interval.kernels.lanes import LANES, LaneArray, array3, load, splat, store, where_less
 from cdpr_interval.kernels.rounding import inflate_lanes
 from cdpr_interval.kernels.second_order import Forms, Symbols, bounds, constant, dot3, signatures, widen
-from solvers.platform_batch import OPEN, SMALL, WIDE, contract_open, copy_cell, halve, leaf, mark, open_lanes
+from solvers.platform_batch import (
+    NO_LENGTH,
+    NOT_SLACK,
+    OPEN,
+    SMALL,
+    UNBALANCED,
+    WIDE,
+    contract_open,
+    copy_cell,
+    halve,
+    is_empty,
+    leaf,
+    mark,
+    open_lanes,
+)
 from solvers.platform_bounds import position_bounds, read_bounds, settled, slack_excluded, solution_bounds
 from solvers.platform_elimination import (
     EMPTY,
@@ -94,7 +108,7 @@ def length_equations(F: Forms, model: Any, S: Symbols) -> int:
 def after_cut(W: LaneArray, C: LaneArray, lane: int, states: Any) -> None:
     """Decide what a cut did to a lane: empty, u much smaller (a new cell), x (once more), or little."""
     if W[VERDICTS, 0, lane] == EMPTY:
-        states[lane] = EMPTY
+        states[lane] = NO_LENGTH
         W[MOVING, 0, lane] = 0.0
         return
     for k in range(3):
@@ -126,7 +140,7 @@ def cut_by_lengths(F: Forms, W: LaneArray, model: Any, C: LaneArray, states: Any
         for e in range(count):
             lo, hi = bounds(F, EQUATION + e, S)
             outside = where_less(0.0, lo, 1.0, where_less(hi, 0.0, splat(1.0), 0.0))
-            mark(W, outside, states, EMPTY)
+            mark(W, outside, states, NO_LENGTH)
         rank = solve_for_pivots(F, W, 0, count, VARIABLES, S)
         for lane in range(LANES):
             moving = W[MOVING, 0, lane] > 0.0 and states[lane] == OPEN
@@ -224,23 +238,35 @@ def narrow_lanes(model: Any, C: LaneArray, states: Any) -> bool:
 
 
 @kernel(inline="always")
-def classify(F: Forms, W: LaneArray, model: Any, roots: Any, C: LaneArray, states: Any, S: Symbols) -> None:
-    """Exclude, settle or contract the open lanes."""
+def exclude(F: Forms, W: LaneArray, model: Any, C: LaneArray, states: Any, S: Symbols) -> int:
+    """Cut the open lanes by the lengths, and give those that hold no equilibrium their states.
+
+    Returns the most pivots of a lane; lanes still OPEN afterwards have all rows written.
+    """
     n = model.n_taut
     rotation_rows(F, C, P_CHART, S)
     triple_rows(F, model, S)
     rank = cut_by_lengths(F, W, model, C, states, S)
     needed = open_lanes(W, states)
     if not covers(W, splat(-1.0), needed) and model.slack:
-        mark(W, slack_excluded(F, W, model, needed, S), states, EMPTY)
+        mark(W, slack_excluded(F, W, model, needed, S), states, NOT_SLACK)
     needed = open_lanes(W, states)
     if covers(W, splat(-1.0), needed):
-        return
+        return 0
     wrench_rows(F, model, S)
     if model.statics:
         centre_columns(F, W, n)
-        if not mark(W, balance_free(F, W, n, rank, needed, S), states, EMPTY):
-            return
+        if not mark(W, balance_free(F, W, n, rank, needed, S), states, UNBALANCED):
+            return 0
+    return rank
+
+
+@kernel(inline="always")
+def classify(F: Forms, W: LaneArray, model: Any, roots: Any, C: LaneArray, states: Any, S: Symbols) -> None:
+    """Exclude, settle or contract the open lanes."""
+    rank = exclude(F, W, model, C, states, S)
+    if covers(W, splat(-1.0), open_lanes(W, states)):
+        return
     settled(F, W, model, roots, C, P_CHART, states, S)
     if narrow_lanes(model, C, states):
         newton(F, W, model, C, rank, states, S)
@@ -254,7 +280,7 @@ def process(context: Any, C: LaneArray, count: int, verdicts: Any, children: Any
         states[lane] = OPEN if lane < count else EMPTY
     classify(F, W, model, roots, C, states, S)
     for lane in range(count):
-        if states[lane] == EMPTY:
+        if is_empty(states[lane]):
             verdicts[lane] = 0
         elif states[lane] == SMALLER:
             verdicts[lane] = copy_cell(C, lane, children)

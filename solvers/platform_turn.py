@@ -31,12 +31,17 @@ from cdpr_interval.kernels.second_order import (
     cross3,
 )
 from solvers.platform_batch import (
+    NO_LENGTH,
+    NO_POSITION,
+    NOT_SLACK,
     OPEN,
     SMALL,
+    UNBALANCED,
     WIDE,
     contract_open,
     copy_cell,
     halve,
+    is_empty,
     leaf,
     mark,
     open_lanes,
@@ -159,8 +164,12 @@ def width_of(C: LaneArray, lane: int) -> float:
 
 
 @kernel(inline="always")
-def classify(F: Forms, W: LaneArray, model: Any, roots: Any, C: LaneArray, states: Any, S: Symbols) -> None:
-    """Exclude, settle or contract the open lanes."""
+def exclude(F: Forms, W: LaneArray, model: Any, C: LaneArray, states: Any, S: Symbols) -> tuple[int, int]:
+    """Give the open lanes that hold no equilibrium, or no smooth position, their states.
+
+    Returns the number of further lengths, in EQUATION.., and the most pivots of a lane; lanes still OPEN
+    afterwards have all rows written.
+    """
     n = model.n_taut
     needed = open_lanes(W, states)
     prepare(F, model, C, S)
@@ -170,27 +179,38 @@ def classify(F: Forms, W: LaneArray, model: Any, roots: Any, C: LaneArray, state
         pivot = model.orders[0, 0]
         square, square_err = model.lengths_sq[pivot], model.lengths_sq_err[pivot]
         empty = no_position(F, third_block(model), square, square_err, S)
-        mark(W, where_less(0.0, smooth, 0.0, empty), states, EMPTY)
+        mark(W, where_less(0.0, smooth, 0.0, empty), states, NO_POSITION)
         if not mark(W, 1.0 - smooth, states, UNSMOOTH):
-            return
+            return 0, 0
     if not mark(W, where_less(abs(branch), 0.5, splat(1.0), 0.0), states, BOTH):
-        return
+        return 0, 0
     lengths = 0
     for j in range(2 if model.planar else 3, n):
         length_row(F, EQUATION + lengths, CABLE + BLOCK * j, S)
         below, above = bounds(F, EQUATION + lengths, S)
         outside = where_less(0.0, below, 1.0, where_less(above, 0.0, splat(1.0), 0.0))
-        if not mark(W, outside, states, EMPTY):
-            return
+        if not mark(W, outside, states, NO_LENGTH):
+            return 0, 0
         lengths += 1
-    if model.slack and not mark(W, slack_excluded(F, W, model, open_lanes(W, states), S), states, EMPTY):
-        return
+    if model.slack:
+        too_far = slack_excluded(F, W, model, open_lanes(W, states), S)
+        if not mark(W, too_far, states, NOT_SLACK):
+            return 0, 0
     rank = solve_for_pivots(F, W, 0, lengths, U_SYMBOLS, S)
     wrench_rows(F, model, S)
     if model.statics:
         centre_columns(F, W, n)
-        if not mark(W, balance_free(F, W, n, rank, open_lanes(W, states), S), states, EMPTY):
-            return
+        if not mark(W, balance_free(F, W, n, rank, open_lanes(W, states), S), states, UNBALANCED):
+            return 0, 0
+    return lengths, rank
+
+
+@kernel(inline="always")
+def classify(F: Forms, W: LaneArray, model: Any, roots: Any, C: LaneArray, states: Any, S: Symbols) -> None:
+    """Exclude, settle or contract the open lanes."""
+    lengths, rank = exclude(F, W, model, C, states, S)
+    if covers(W, splat(-1.0), open_lanes(W, states)):
+        return
     settled(F, W, model, roots, C, CHART, states, S)
     narrow = False
     for lane in range(LANES):
@@ -207,7 +227,7 @@ def classify(F: Forms, W: LaneArray, model: Any, roots: Any, C: LaneArray, state
 def verdict(C: LaneArray, lane: int, state: int, children: Any, leaf_size: float) -> int:
     """Write a lane's children or leaf; see ``engine.batches``."""
     width = width_of(C, lane)
-    if state == EMPTY:
+    if is_empty(state):
         return 0
     if state == SMALLER:
         return int(copy_cell(C, lane, children))

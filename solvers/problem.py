@@ -7,8 +7,12 @@ from dataclasses import dataclass
 from enum import StrEnum
 from fractions import Fraction
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 from cdpr_interval.robots.model import Robot, Vector
+
+if TYPE_CHECKING:
+    from solvers.record import Record
 
 LengthRange = tuple[Fraction, Fraction]
 
@@ -52,6 +56,8 @@ class Options:
     threads: int = 1
     progress: Callable[[Progress], None] | None = None
     """Called a few times a second from the thread that asked."""
+    record: Record | None = None
+    """Keeps what a certificate needs of the searches."""
 
 
 @dataclass(frozen=True)

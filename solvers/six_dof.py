@@ -163,6 +163,8 @@ class Run:
             reduced.model, reduced.reduction, self.budget, self.options.threads, self.reporter(found)
         )
         subset.solve()
+        if self.options.record is not None:
+            self.options.record.keep(taut, reduced, subset)
         found.cells += subset.cells
         found.pending += subset.pending
         if subset.stop is not Stop.EXHAUSTED:

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from cdpr_interval.errors import NotSupportedError
 from solvers.commands.interrupt import interruptible
 from solvers.commands.numbers import read_count, read_float
 from solvers.input_errors import InputErrors
@@ -18,6 +17,9 @@ if TYPE_CHECKING:
     from cdpr_interval.robots.model import Robot
     from solvers.problem import Options, Problem
     from solvers.result import Result
+
+MOST_CABLES = 64
+"""Of a robot in a certificate."""
 
 
 @click.command("fk", short_help="Every static pose for given cable lengths.")
@@ -37,7 +39,7 @@ if TYPE_CHECKING:
 @click.option("--cell-limit", metavar="N", help="Stop after so many cells.")
 @click.option("--threads", metavar="N", help="Number of threads.  [default: all cores]")
 @click.option("--json", "json_file", metavar="FILE", help="Write the result as JSON; - is standard output.")
-@click.option("--certificate", metavar="FILE", help="Not supported yet.")
+@click.option("--certificate", metavar="FILE", help="Write the proof to a file, for `check`.")
 @click.option("-q", "--quiet", is_flag=True, help="No table, no progress.")
 @click.option("-v", "--verbose", is_flag=True, help="More about what is done, and about errors.")
 def command(robot: str, **given: Any) -> int:
@@ -48,7 +50,8 @@ def command(robot: str, **given: Any) -> int:
     is none.
     """
     target = None if given["json_file"] is None else JsonTarget(given["json_file"])
-    problem, options = _read(robot, given, target)
+    certificate = None if given["certificate"] is None else JsonTarget(given["certificate"], "--certificate")
+    problem, options = _read(robot, given, target, certificate)
     with interruptible() as finish:
         result = _solve(problem, options, quiet=given["quiet"])
         finish()
@@ -58,15 +61,17 @@ def command(robot: str, **given: Any) -> int:
         finally:
             # Even when the disk is full, what was computed is shown.
             _show(result, table=not given["quiet"] and (target is None or not target.is_stdout))
+        if certificate is not None:
+            certificate.write_bytes(_certificate(problem, options, result))
     if given["verbose"]:
         _log(result)
     return _exit_code(result)
 
 
-def _read(source: str, given: dict[str, Any], target: JsonTarget | None) -> tuple[Problem, Options]:
+def _read(
+    source: str, given: dict[str, Any], target: JsonTarget | None, certificate: JsonTarget | None
+) -> tuple[Problem, Options]:
     """Return the checked question, or raise with every error of the command line and the files."""
-    if given["certificate"] is not None:
-        raise NotSupportedError("--certificate: certificates are not supported yet")
     from cdpr_interval.robots.reader import load_robot
 
     errors = InputErrors()
@@ -81,6 +86,14 @@ def _read(source: str, given: dict[str, Any], target: JsonTarget | None) -> tupl
         problem = errors.read(_problem, robot, given, options)
     if target is not None:
         errors.read(target.require_writable)
+    if certificate is not None:
+        if certificate.is_stdout:
+            errors.add("--certificate: must be a file")
+        errors.read(certificate.require_writable)
+        if target is not None and target.is_same(certificate):
+            errors.add("--certificate: not the file of --json")
+        if robot is not None and len(robot.cables) > MOST_CABLES:
+            errors.add(f"--certificate: for at most {MOST_CABLES} cables")
     errors.require_none()
     assert problem is not None and options is not None
     return problem, options
@@ -89,6 +102,7 @@ def _read(source: str, given: dict[str, Any], target: JsonTarget | None) -> tupl
 def _options(given: dict[str, Any]) -> Options:
     from solvers.forward import read_method
     from solvers.problem import Method, Options
+    from solvers.record import Record
 
     errors = InputErrors()
     method = errors.read(read_method, given["method"], "--method")
@@ -104,6 +118,7 @@ def _options(given: dict[str, Any]) -> Options:
         time_limit=None if seconds is None else errors.read(read_float, seconds, "--time-limit"),
         cell_limit=None if cells is None else errors.read(read_count, cells, "--cell-limit"),
         threads=errors.read(read_count, threads, "--threads") or 0,
+        record=None if given["certificate"] is None else Record(),
     )
     errors.require_none()
     return options
@@ -134,6 +149,15 @@ def _solve(problem: Problem, options: Options, quiet: bool) -> Result:
         return answer_question(problem, options)
     with ProgressDisplay(sys.stderr) as display:
         return answer_question(problem, replace(options, progress=display))
+
+
+def _certificate(problem: Problem, options: Options, result: Result) -> bytes:
+    from certificates.container import pack
+    from solvers.certificate import certificate_document
+    from solvers.certificate_entries import subset_entries
+
+    entries = subset_entries(problem, options, result)
+    return pack(certificate_document(problem, options, result, entries, []))
 
 
 def _show(result: Result, table: bool) -> None:

@@ -228,7 +228,10 @@ main()
             ["--lengths", "2,5", "--ignore-tension-sign"],
             "--ignore-tension-sign: needs exactly six taut cables of a platform, got a point mass",
         ),
-        (["--lengths", "2,5", "--certificate", "c"], "--certificate: certificates are not supported yet"),
+        (
+            ["--lengths", "2,5", "--certificate", "no/c"],
+            "--certificate: 'no/c' cannot be written: No such file or directory",
+        ),
         (["--lengths", "2,5", "--colour"], "No such option '--colour'."),
         (["--lengths", "2,5", "--taut"], "Option '--taut' requires an argument."),
         (["--lengths", "2,5", "extra"], "Got unexpected extra argument"),
@@ -278,11 +281,6 @@ def test_an_internal_error_is_one_line_and_a_traceback_with_v(monkeypatch, hangi
     assert result.exit_code == 1 and lines(result) == ["internal error: RuntimeError: two lines"]
     assert not (tmp_path / "r.json").exists()
     assert "Traceback" in run(hanging, "--lengths", "2,5", "-v").stderr
-
-
-def test_what_is_not_supported_yet_is_exit_2(hanging):
-    result = run("check", "certificate.json")
-    assert result.exit_code == 2 and "not supported yet" in lines(result)[0] and len(lines(result)) == 1
 
 
 def test_validate(hanging, tmp_path):

@@ -1,0 +1,98 @@
+"""What a certificate says of one pose, checked on an enclosure of that pose."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from flint import arb, arb_mat, ctx
+
+from certificates.balls import BITS, Vector, all_inside, column, hull, inside, minus, norm
+from certificates.polynomials import dot
+from certificates.problem import Listed, Problem
+from certificates.stability import check_stability
+from certificates.verdicts import NotProved
+
+
+@dataclass(frozen=True)
+class Pose:
+    """Holds the pose in question, for every choice of lengths."""
+
+    rotation: arb_mat
+    """(3, 3), platform to base."""
+    centre: arb_mat
+    """(3, 1), of the centre of mass."""
+    densities: dict[int, arb]
+    """t = tension / distance of the cables that may carry."""
+
+
+def claimed(implied: bool, what: str) -> None:
+    """Raise NotProved unless a claim is implied."""
+    if not implied:
+        raise NotProved(f"solution claims {what}: this does not follow")
+
+
+def spoke(problem: Problem, pose: Pose, i: int) -> tuple[Vector, Vector]:
+    """Return r_i = R b_i and e_i = A_i - p - r_i."""
+    arm = pose.rotation * column(problem.points[i])
+    return arm.entries(), minus(problem.exits[i], (pose.centre + arm).entries())
+
+
+def check_pose(
+    problem: Problem,
+    listed: Listed,
+    subset: Sequence[int],
+    pose: Pose,
+    motions: Sequence[Vector] = (),
+) -> None:
+    """Raise NotProved unless all that is claimed of a listed pose holds in a pose of the cables ``subset``.
+
+    ``motions`` (v at the centre of mass, then omega) lead along the pose's family.
+    """
+    with ctx.workprec(BITS):
+        claimed((listed.family is None) == (not motions), "another family")
+        claimed(all_inside(pose.rotation.entries(), [b for row in listed.rotation for b in row]), "rotation")
+        origin = pose.centre - pose.rotation * column(problem.centre)
+        claimed(all_inside(origin.entries(), listed.position), "position")
+        height = -dot(pose.centre.entries(), problem.gravity) / norm(problem.gravity)
+        claimed(inside(height, listed.height), "height")
+        spokes = [spoke(problem, pose, i) for i in range(len(problem.names))]
+        distances = [norm(e) for _, e in spokes]
+        for i, distance in enumerate(distances):
+            check_cable(problem, listed, i, pose.densities[i] if i in subset else None, distance)
+        taut = tuple(i for i, state in enumerate(listed.states) if state == "taut")
+        claimed(listed.taut == taut, "other taut cables than states")
+        check_slackness(problem, listed, subset, distances)
+        chosen = [(*spokes[i], pose.densities[i]) for i in subset]
+        claimed(check_stability(problem, listed, chosen, motions), f"stability {listed.stability}")
+
+
+def check_cable(problem: Problem, listed: Listed, i: int, density: arb | None, distance: arb) -> None:
+    """Check state, tension and distance of a cable; ``density`` None: it is not in the subset."""
+    state, name, (lo, hi) = listed.states[i], problem.names[i], problem.lengths[i]
+    low, high = listed.distances[i]
+    if density is None or problem.stiffness[i] is not None:
+        claimed(inside(distance, listed.distances[i]), f"distance of {name}")
+        tension = 0 if density is None else density * distance
+    else:
+        # Its length is its distance: a ball would be slightly wider than its range.
+        claimed(arb(low) <= lo and arb(high) >= hi, f"distance of {name}")
+        tension = density * hull(lo, hi)
+    claimed(state == "undecided" or inside(arb(tension), listed.tensions[i]), f"tension of {name}")
+    if state == "taut":
+        claimed(density is not None and (problem.ignore_tension_sign or density > 0), f"{name} taut")
+    elif state == "slack":
+        claimed(density is None and (problem.ignore_slack or distance < lo), f"{name} slack")
+    else:
+        claimed(state == "undecided", f"{name} {state}")
+
+
+def check_slackness(problem: Problem, listed: Listed, subset: Sequence[int], distances: Vector) -> None:
+    """Check what is said about the cables outside the subset together."""
+    others = [i for i in range(len(problem.names)) if i not in subset]
+    if listed.slack_respected is True:
+        near = [distances[i] < problem.lengths[i][0] for i in others if listed.states[i] == "slack"]
+        claimed(all(near), "slack respected")
+    elif listed.slack_respected is False:
+        far = [distances[i] > problem.lengths[i][1] for i in others]
+        claimed(problem.ignore_slack and any(far), "slack not respected")

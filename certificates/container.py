@@ -1,0 +1,80 @@
+"""The file around a certificate: a digest line and a gzip stream of JSON."""
+
+from __future__ import annotations
+
+import gzip
+import hashlib
+import json
+import os
+import zlib
+from pathlib import Path
+from typing import Any
+
+from certificates.verdicts import Malformed
+
+HEAD = b"cdpr-certificate/1 sha256:"
+LIMIT = 2**30
+"""Most bytes of a document."""
+
+
+def read(path: str | Path) -> dict[str, Any]:
+    """Return the document of a file."""
+    return unpack(load(path))
+
+
+def load(path: str | Path) -> bytes:
+    """Return the bytes of a file."""
+    try:
+        return Path(path).read_bytes()
+    except (OSError, ValueError) as error:
+        raise Malformed(f"cannot be read: {getattr(error, 'strerror', None) or error}") from None
+
+
+def unpack(content: bytes) -> dict[str, Any]:
+    """Return the document in a file's bytes."""
+    line, _, body = content.partition(b"\n")
+    if line != HEAD + hashlib.sha256(body).hexdigest().encode():
+        raise Malformed("the first line is not that of a certificate with this content")
+    stream = zlib.decompressobj(zlib.MAX_WBITS | 16)
+    try:
+        text = stream.decompress(body, LIMIT)
+        if not stream.eof or stream.unused_data:
+            raise Malformed("the content is too large or not exactly one gzip stream")
+        document = json.loads(text.decode(), object_pairs_hook=without_duplicates, parse_constant=refused)
+    except (zlib.error, ValueError, RecursionError) as error:
+        raise Malformed(f"the content is not gzip of JSON: {ascii(str(error))[1:80]}") from None
+    if not isinstance(document, dict):
+        raise Malformed("the content is not an object")
+    return document
+
+
+def without_duplicates(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    """Return an object, refused where a key comes twice."""
+    found = dict(pairs)
+    if len(found) < len(pairs):
+        raise Malformed("a key comes twice")
+    return found
+
+
+def refused(name: str) -> None:
+    """Refuse NaN and Infinity."""
+    raise Malformed(f"{name} is not a number")
+
+
+def pack(document: dict[str, Any]) -> bytes:
+    """Return the bytes of a file: the same for the same document."""
+    text = json.dumps(document, sort_keys=True, separators=(",", ":"), allow_nan=False)
+    body = gzip.compress(text.encode(), mtime=0)
+    return HEAD + hashlib.sha256(body).hexdigest().encode() + b"\n" + body
+
+
+def write(path: str | Path, document: dict[str, Any]) -> None:
+    """Write a document in one step."""
+    target = Path(os.path.realpath(path))
+    scratch = target.with_name(f".{target.name[:100]}.{os.getpid()}.part")
+    try:
+        scratch.write_bytes(pack(document))
+        scratch.replace(target)
+    except BaseException:
+        scratch.unlink(missing_ok=True)
+        raise

@@ -1,0 +1,96 @@
+"""Subsets whose taut cables all end in one platform point: where it rests, and how the platform may lie.
+
+At the centre of mass: the platform may turn freely. In another point: the centre of mass lies on the load's
+line through it, the platform hanging under the point or balanced over it, and may turn about that line.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from flint import arb, arb_mat, ctx
+
+from certificates.balls import BITS, Vector, column, hull, minus, norm, unit
+from certificates.claims import Pose, check_pose, claimed
+from certificates.point_mass import IDENTITY, Point, lowest_points, pose_indices
+from certificates.polynomials import cross
+from certificates.problem import Listed, Problem
+from certificates.turning import check_turning, end_poses, never_slack
+from certificates.verdicts import NotProved
+
+
+def check_one_point_family(
+    problem: Problem, taut: Sequence[int], entry: Any, solutions: list[Listed]
+) -> set[int]:
+    """Check an entry of taut cables that end in one platform point; return the solutions it proves."""
+    arm = problem.points[taut[0]]
+    if any(problem.points[i] != arm for i in taut) or problem.is_elastic:
+        raise NotProved("not inextensible cables that end in one platform point")
+    free = not any(x != 0 for x in arm)
+    chosen, proof = pose_indices(problem, entry, solutions, 1 if free else 2)
+    with ctx.workprec(BITS):
+        for part, found in lowest_points(problem, taut, proof):
+            if found is None or any(i not in found[1] for i in taut):
+                claimed(all(k is None for k in chosen), "a pose of cables that have none")
+                continue
+            for side, k in enumerate(chosen):
+                listed = None if k is None else solutions[k]
+                if free:
+                    check_free(part, taut, found, listed)
+                else:
+                    check_hung(part, taut, found, listed, 1 - 2 * side)
+    return {k for k in chosen if k is not None}
+
+
+def check_free(problem: Problem, taut: Sequence[int], found: Point, listed: Listed | None) -> None:
+    """Check the family of all rotations, listed at the identity, or that it has no slack pose."""
+    point, densities = found
+    others = [i for i in range(len(problem.names)) if i not in taut]
+    reach = {i: (norm(minus(problem.exits[i], point.entries())), norm(problem.points[i])) for i in others}
+    if listed is None:
+        far = any(abs(d - arm) > problem.lengths[i][1] for i, (d, arm) in reach.items())
+        if problem.ignore_slack or not far:
+            raise NotProved("a family of all rotations is not excluded")
+        return
+    motions = [[arb(int(i == k + 3)) for i in range(6)] for k in range(3)]
+    check_pose(problem, listed, taut, Pose(IDENTITY, point, densities), motions)
+    family = listed.family
+    kind = family is not None and family.kind == "all-rotations" and not family.angle_ranges
+    claimed(kind, "another family")
+    slack = [i for i in others if listed.states[i] == "slack"]
+    near = all(reach[i][0] + reach[i][1] < problem.lengths[i][0] for i in slack)
+    claimed(near or (problem.ignore_slack and listed.slack_respected is not True), "slack in all rotations")
+
+
+def check_hung(problem: Problem, taut: Sequence[int], found: Point, listed: Listed | None, side: int) -> None:
+    """Check the family that hangs (side 1) or is balanced (-1), or that it has no slack pose."""
+    pose, up = hung(problem, taut[0], found, side), column(unit([-x for x in problem.load]))
+    if listed is None:
+        never_slack(problem, taut, pose, found[0], up)
+    else:
+        check_turning(problem, listed, taut, pose, found[0], up)
+
+
+def hung(problem: Problem, cable: int, found: Point, side: int) -> Pose:
+    """Return a pose whose centre of mass lies straight below (side 1) or above a cable's end at a point."""
+    point, densities = found
+    arm = problem.points[cable]
+    rotation = frame([side * -x for x in unit(problem.load)]) * frame(unit(arm)).transpose()
+    return Pose(rotation, point - rotation * column(arm), densities)
+
+
+def ends(problem: Problem, cable: int, other: int) -> list[Pose]:
+    """Enclose the poses at which one cable carries all and another one is just tight."""
+    down, length = unit(problem.load), hull(*problem.lengths[cable])
+    point = column(problem.exits[cable]) + column(down) * length
+    found = point, {cable: norm(problem.load) / length}
+    poses = [hung(problem, cable, found, side) for side in (1, -1) if any(problem.points[cable])]
+    return [end for pose in poses for end in end_poses(problem, [cable], other, pose, point, column(down))]
+
+
+def frame(first: Vector) -> arb_mat:
+    """Return a rotation whose first column is the given unit vector."""
+    least = min(range(3), key=lambda k: abs(float(first[k])))
+    second = unit(cross(first, [arb(int(k == least)) for k in range(3)]))
+    return arb_mat([first, second, cross(first, second)]).transpose()

@@ -1,0 +1,97 @@
+"""Stability of a static pose.
+
+With a motion x = (v, omega) at the centre of mass, cables with arm r, spoke e and density t,
+
+    Q = sum t (|v + omega x r|^2 - e . (omega x (omega x r)))
+
+is looked at on the motions that keep the lengths: (e, r x e) . x = 0 for all cables.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from flint import arb, arb_mat
+
+from certificates.balls import Vector, column
+from certificates.polynomials import cross, dot
+from certificates.problem import Listed, Problem
+
+Cable = tuple[Vector, Vector, arb]
+"""r, e, t."""
+POWERS = range(4, 80, 6)
+"""Powers of two by which the constraints are weighted: large ones ask for sharp data."""
+
+
+def check_stability(
+    problem: Problem, listed: Listed, cables: Sequence[Cable], motions: Sequence[Vector]
+) -> bool:
+    """Return True when what is said about stability follows."""
+    if listed.stability == "undecided":
+        return True
+    if problem.is_point_mass:
+        return listed.stability == "stable"  # a minimum of a convex problem
+    form = second_variation(cables)
+    # Without a tension proved positive a cable may let go: it holds no motion back.
+    holding = [(r, e) for r, e, t in cables if t > 0 or problem.ignore_tension_sign]
+    rows = [[*e, *cross(r, e)] for r, e in holding]
+    if listed.stability == "stable":
+        return bool(rows) and is_stable(form, arb_mat([*rows, *motions]))
+    decided = len(rows) == len(cables) and "undecided" not in listed.states
+    return listed.stability == "unstable" and decided and falls(form, arb_mat(rows))
+
+
+def second_variation(cables: Sequence[Cable]) -> arb_mat:
+    """Return the matrix (6, 6) of Q, from its values on sums of unit motions."""
+    axes = [[arb(int(i == j)) for j in range(6)] for i in range(6)]
+    return arb_mat([[sum((polar(x, y, c) for c in cables), arb(0)) for y in axes] for x in axes])
+
+
+def polar(x: Vector, y: Vector, cable: Cable) -> arb:
+    """Return a cable's part of the symmetric bilinear form of Q."""
+    r, e, t = cable
+    dx = [a + b for a, b in zip(x[:3], cross(x[3:], r), strict=True)]
+    dy = [a + b for a, b in zip(y[:3], cross(y[3:], r), strict=True)]
+    twice = dot(e, cross(x[3:], cross(y[3:], r))) + dot(e, cross(y[3:], cross(x[3:], r)))
+    return t * (dot(dx, dy) - twice / 2)
+
+
+def weighted(form: arb_mat, rows: arb_mat, power: int) -> arb_mat:
+    """Return form + rho rows^T rows for an exact rho > 0."""
+    gram = rows.transpose() * rows
+    rho = (sum((abs(form[i, i]) for i in range(6)), arb(1)) / gram.trace()).mid() * 2**power
+    return form + gram * rho if rho > 0 else form
+
+
+def leading(m: arb_mat, k: int) -> arb_mat:
+    """Return the first k rows and columns."""
+    return arb_mat([[m[i, j] for j in range(k)] for i in range(k)])
+
+
+def is_stable(form: arb_mat, rows: arb_mat) -> bool:
+    """Return True when form + rho rows^T rows is positive definite for some rho (Sylvester's minors).
+
+    Then the form is positive on every motion that the rows annihilate (Finsler).
+    """
+    for power in POWERS:
+        m = weighted(form, rows, power)
+        if all(leading(m, k).det() > 0 for k in range(1, 7)):
+            return True
+    return False
+
+
+def falls(form: arb_mat, rows: arb_mat) -> bool:
+    """Return True when the form is negative for a motion that the rows annihilate exactly."""
+    m = weighted(form, rows, 60).mid()
+    across = rows.transpose()
+    for k in range(6):
+        try:
+            # A guess: where the Schur complement of entry k is negative, m is negative for this motion.
+            head = (leading(m, k).solve(column([-m[i, k] for i in range(k)]))).mid().entries() if k else []
+            guess = column([*head, 1, *[0] * (5 - k)])
+            motion = guess - across * (rows * across).solve(rows * guess)
+        except ZeroDivisionError:
+            continue
+        if (motion.transpose() * form * motion)[0, 0] < 0:
+            return True
+    return False

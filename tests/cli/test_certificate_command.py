@@ -1,0 +1,151 @@
+"""``fk --certificate`` and the two commands that check what it writes."""
+
+import json
+import subprocess
+import sys
+from dataclasses import replace
+
+import pytest
+from click.testing import CliRunner
+
+import certificates
+from certificates.__main__ import main
+from certificates.container import read, write
+from certificates.tree import Node
+from certificates.verdicts import Verdict
+from solvers.cli import ExitCode, cli
+from solvers.result import Outcome, StopReason
+from tests import hanging_mass
+from tests.made_certificates import changed, leaf, platform
+
+
+@pytest.fixture
+def hanging(tmp_path):
+    path = tmp_path / "hanging.yaml"
+    path.write_text(hanging_mass.TEXT, encoding="utf-8")
+    return str(path)
+
+
+@pytest.fixture
+def file(tmp_path):
+    return tmp_path / "out.cert"
+
+
+def run(*args):
+    return CliRunner().invoke(cli, [str(arg) for arg in args])
+
+
+@pytest.mark.parametrize(
+    ("args", "code", "message"),
+    [
+        (["2,5"], 0, "PROVED: 1 static pose, and no other one"),
+        (["2,3", "--ignore-slack"], 0, "PROVED: 3 static poses (slackness ignored), and no other one"),
+        (["1.9..2.1,3", "-q"], 0, "PROVED: 1 static pose, and no other one"),
+        (["1,1", "-q"], 4, "PROVED: no static pose"),
+        (["2,3", "--taut", "c1"], 4, "PROVED: no static pose of subset c1"),
+    ],
+)
+def test_what_fk_writes_is_proved(hanging, file, args, code, message):
+    assert run("fk", hanging, "--lengths", *args, "--certificate", file).exit_code == code
+    checked = run("check", file)
+    assert checked.exit_code == ExitCode.COMPLETE and checked.stderr == ""
+    assert checked.stdout.splitlines()[0] == message and len(checked.stdout.splitlines()) > 1
+    assert run("check", "-q", file).stdout.splitlines() == [message]
+    assert [p.name for p in file.parent.iterdir() if p.suffix == ".part"] == []
+
+
+def test_json_and_certificate_together(hanging, file, tmp_path):
+    result = tmp_path / "out.json"
+    assert run("fk", hanging, "--lengths", "2,5", "--json", result, "--certificate", file).exit_code == 0
+    assert json.loads(result.read_text())["format"] == "cdpr-result/1"
+    document = read(file)
+    assert document["claim"] == "hanging: 1 static pose, proved to be all"
+    assert document["tool"]["name"] == "cdpr-interval" and document["not_certified"] == []
+
+
+@pytest.mark.parametrize(
+    ("stop", "code"),
+    [(StopReason.TIME_LIMIT, ExitCode.INCOMPLETE), (StopReason.INTERRUPTED, ExitCode.INTERRUPTED)],
+)
+def test_a_search_that_was_stopped_has_a_certificate(hanging, file, monkeypatch, stop, code):
+    answer = replace(hanging_mass.answer(), stop_reason=stop, pending=3)
+    assert answer.outcome is Outcome.INCOMPLETE
+    monkeypatch.setattr("solvers.forward._solve", lambda problem, options: answer)
+    assert run("fk", hanging, "--lengths", "2,5", "--certificate", file).exit_code == code
+    assert certificates.check(file).verdict in (Verdict.PROVED, Verdict.NOT_PROVED)
+
+
+def test_a_platform_whose_search_is_not_recorded(hanging, file, tmp_path):
+    robot = tmp_path / "platform.yaml"
+    robot.write_text(
+        hanging_mass.TEXT.replace("platform_anchor_m: [0, 0, 0]", "platform_anchor_m: [0, 0, 0.5]", 1)
+    )
+    assert run("fk", robot, "--lengths", "2,3", "--certificate", file).exit_code == 0
+    checked = run("check", file)
+    assert checked.exit_code == 0 and checked.stdout.startswith("PROVED (partial): ")
+    document = read(file)
+    assert document["subsets"][2] == {"taut": [0, 1], "pending": "not recorded"}
+    assert {entry["reason"] for entry in document["not_certified"]} <= {"not recorded"}
+
+
+@pytest.mark.parametrize("name", ["", "-", "no/such/folder/x", "."])
+def test_the_file_must_be_writable_before_the_run(hanging, monkeypatch, name):
+    monkeypatch.setattr("solvers.forward._solve", lambda problem, options: 1 / 0)
+    result = run("fk", hanging, "--lengths", "2,5", "--certificate", name)
+    assert result.exit_code == ExitCode.INVALID
+    assert [line.startswith("--certificate: ") for line in result.stderr.splitlines()] == [True]
+
+
+def test_one_file_is_not_two(hanging, file):
+    result = run("fk", hanging, "--lengths", "2,5", "--certificate", file, "--json", file)
+    assert result.exit_code == ExitCode.INVALID and not file.exists()
+    assert result.stderr == "--certificate: not the file of --json\n"
+
+
+def test_exit_codes(hanging, file):
+    run("fk", hanging, "--lengths", "2,5", "--certificate", file)
+    write(file, changed(read(file), "solutions", 0, "stability", value="unstable"))
+    result = run("check", file)
+    assert result.exit_code == ExitCode.NOT_PROVED == 5 and result.stdout.startswith("NOT PROVED: ")
+    file.write_bytes(file.read_bytes()[:-1])
+    result = run("check", file)
+    assert result.exit_code == ExitCode.INVALID and result.stdout.startswith("MALFORMED: ")
+    file.unlink()
+    assert run("check", file).exit_code == ExitCode.INVALID
+    write(file, platform(*[leaf(Node.UNDECIDED, 2)] * 4))
+    assert run("check", file).exit_code == 0
+    result = run("check", file, "--sample", 1, "-q")
+    assert result.exit_code == ExitCode.INCOMPLETE and result.stdout.startswith("SAMPLED: ")
+    result = run("check", file, "--time-limit", 1e-9)
+    assert result.exit_code == ExitCode.INCOMPLETE and result.stdout.startswith("OUT OF TIME: ")
+
+
+@pytest.mark.parametrize(
+    "args", [["--sample", "0"], ["--jobs", "0"], ["--time-limit", "0"], ["--time-limit", "x"]]
+)
+def test_wrong_options(file, args, monkeypatch):
+    result = run("check", file, *args)
+    assert result.exit_code == ExitCode.INVALID and len(result.stderr.splitlines()) == 1
+    monkeypatch.setattr("sys.argv", ["certificates", str(file), *args])
+    with pytest.raises(SystemExit) as stop:
+        main()
+    assert stop.value.code == 2
+
+
+def test_the_checker_runs_by_itself(hanging, file):
+    run("fk", hanging, "--lengths", "2,5", "--certificate", file)
+    alone = [sys.executable, "-m", "certificates", str(file), "-q", "--jobs", "2", "--sample", "9"]
+    done = subprocess.run(alone, capture_output=True, text=True, timeout=100)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert done.stdout == "PROVED: 1 static pose, and no other one\n"
+    file.write_bytes(b"")
+    done = subprocess.run(alone, capture_output=True, text=True, timeout=100)
+    assert done.returncode == 2 and done.stdout.startswith("MALFORMED: ") and done.stderr == ""
+
+
+def test_progress_is_shown_on_a_terminal(file, monkeypatch, capsys):
+    write(file, platform(*[leaf(Node.UNDECIDED, 2)] * 4))
+    monkeypatch.setattr("sys.stderr.isatty", lambda: True, raising=False)
+    monkeypatch.setattr("sys.argv", ["certificates", str(file)])
+    assert main() == 0
+    assert "16/16 cells" in capsys.readouterr().err
