@@ -56,7 +56,7 @@ def least_norm(rows: Sequence[Row], rights: Sequence[Sequence[float]]) -> list[R
 def direction(rows: Sequence[Row], wanted: Sequence[float]) -> tuple[Row, list[int]] | None:
     """Return a short y with row . y at least as wanted, and the rows where it is just that.
 
-    The multipliers of the shortest such y are not negative: rows with negative ones are dropped, the worst first.
+    The shortest such y has no negative multipliers: rows with negative ones are dropped, the worst first.
     """
     active = list(range(len(rows)))
     while active:
