@@ -41,8 +41,6 @@ U = range(TURN, TURN + 3)
 POSE = range(6)
 ON_BRANCH = (TURN, TURN + 1, TURN + 2, ALONG)
 """Symbols that matter on a branch: u, and the distance from a guess along the normal of the centres."""
-BALANCES = 3
-"""Directions y tried on a cell."""
 
 
 def middles(turned: Turned) -> tuple[list[float], list[float], list[float]]:
@@ -251,53 +249,3 @@ class Place:
             o == n or (rational(n) - f) * side <= 0
             for o, n, f, side in zip(old, new, found, (1, -1), strict=True)
         )
-
-    def unbalanced(self, y: Sequence[float]) -> bool:
-        """Return True when no non-negative tensions balance the load at any solution in the cell.
-
-        Gordan: y . w_i > 0 for all taut cables and y . w_0 > 0, with y moving over the cell so that the
-        slopes of these forms vanish where they can. Then once more with values at the centre in proportion
-        to the forms' radii.
-        """
-        wrenches = self.turned.wrenches(self.x)
-        values = [number(centre(f)) for f in self.equations]
-        columns = list(zip(*self.slopes, strict=True))
-        weights, rows, changes = [], [], []
-        for w in wrenches:
-            slope = [[number(c) for c in slopes(v, self.symbols)] for v in w]
-            weights.append([self.multipliers(v) for v in slope])
-            rows.append(
-                [number(centre(v)) + guess.inner(m, values) for v, m in zip(w, weights[-1], strict=True)]
-            )
-            changes.append(
-                [
-                    [c + guess.inner(m, column) for c, column in zip(v, columns, strict=True)]
-                    for v, m in zip(slope, weights[-1], strict=True)
-                ]
-            )
-        active = list(range(len(rows)))
-        for _ in range(BALANCES):
-            left = [[-guess.inner(y, c) for c in zip(*changes[i], strict=True)] for i in active]
-            steps = guess.least_norm([rows[i] for i in active], list(zip(*left, strict=True)))
-            if steps is None:
-                return False
-            moving = [
-                constant(rational(v))
-                + total([SYMBOL[k] * short(step[i]) for k, step in zip(self.symbols, steps, strict=True)])
-                for i, v in enumerate(y)
-            ]
-            low = [
-                lowest(
-                    dot(moving, w)
-                    + combine([short(guess.inner(y, m)) for m in zip(*weight, strict=True)], self.equations)
-                )
-                for w, weight in zip(wrenches, weights, strict=True)
-            ]
-            if all(v > 0 for v in low):
-                return True
-            radii = [guess.inner(y, row) - number(v) for v, row in zip(low, rows, strict=True)]
-            again = guess.direction(rows, radii)
-            if again is None:
-                return False
-            y, active = again
-        return False

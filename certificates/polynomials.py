@@ -102,4 +102,7 @@ def number(value: fmpq) -> float:
 
 def upto(p: fmpq_mpoly, degree: int) -> fmpq_mpoly:
     """Return a polynomial near the terms of p up to a degree, its coefficients short numbers."""
+    if degree == 1:
+        low = [(NONE, centre(p)), *((ONE[k], p[ONE[k]]) for k in range(TENSION))]
+        return RING.from_dict({e: rational(number(c)) for e, c in low if c != 0})
     return RING.from_dict({e: rational(number(c)) for e, c in p.to_dict().items() if sum(e) <= degree})

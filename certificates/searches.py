@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import binascii
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
@@ -12,6 +13,7 @@ from typing import Any
 from flint import arb, arb_mat, fmpq
 
 from certificates import families
+from certificates.balance import unbalanced
 from certificates.balls import column, hull, norm, unit
 from certificates.cells import Place, no_position, on_branch
 from certificates.claims import Pose, check_pose, spoke
@@ -103,11 +105,11 @@ class Search:
 
     @cached_property
     def reach(self) -> float:
-        """A double not below the first cable's length: the smallest that number() can give."""
+        """The smallest double that is not below the first cable's length."""
         longest = self.problem.lengths[self.order[0]][1]
         found = number(longest)
         while rational(found) < longest:
-            found *= 1.0 + 2.0**-52
+            found = math.nextafter(found, math.inf)
         return found
 
     def system(self, chart: int) -> System:
@@ -274,7 +276,7 @@ class Search:
         if self.problem.ignore_tension_sign:
             return False
         # Part of such a leaf may lie beside all poses with the right lengths, where balance says nothing.
-        return (len(place.equations) > 1 and place.no_length()) or place.unbalanced(leaf.data)
+        return (len(place.equations) > 1 and place.no_length()) or unbalanced(place, leaf.data)
 
     def may_be_slack(self, cable: int) -> bool:
         """Return True for a cable whose slackness is asked for."""

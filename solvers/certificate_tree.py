@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from cdpr_interval.kernels.lanes import LANES
 from cdpr_interval.kernels.second_order import ROTATION_ONLY, WHOLE_POSE
 from certificates import guess
+from certificates.balance import unbalanced
 from certificates.cells import Place
 from certificates.frames import Setting
 from certificates.geometry import Turned
@@ -217,7 +218,7 @@ class Recorder:
                 return leaf(Node.TOO_LONG, [cable]), ()
         if not self.search.problem.ignore_tension_sign:
             y = likely_direction(turned, x)
-            if y is not None and place.unbalanced(y):
+            if y is not None and unbalanced(place, y):
                 return leaf(Node.UNBALANCED, y), ()
         widest = self.search.longest(cell)
         lo, hi = cell.bounds[widest]

@@ -64,10 +64,15 @@ def classify(
         Motions (6, 1) along the pose's family; the form is taken across them.
     slack_open
         A tension or a slack is only just zero: then a direction of descent of Q may be blocked,
-        and "unstable" is not claimed.
+        and "unstable" is not claimed. A cable without a proved tension blocks nothing for "stable".
     """
     form = quadratic_form(spokes, arms, densities)
-    rows = constraint_rows(spokes, arms) + [balls.entries(m) for m in family_motions]
+    # A cable whose tension may be zero can let go: it holds no motion back.
+    holding = [k for k, t in enumerate(densities) if t > 0]
+    rows = constraint_rows([spokes[k] for k in holding], [arms[k] for k in holding])
+    rows += [balls.entries(m) for m in family_motions]
+    if not rows:
+        return Stability.UNDECIDED
     try:
         reduced = on_kernel(form, arb_mat(rows))
     except ZeroDivisionError:
