@@ -46,12 +46,16 @@ Floats = NDArray[np.float64]
 REASONS = {NO_POSITION: Node.NO_POSITION, NO_LENGTH: Node.NO_LENGTH, UNBALANCED: Node.UNBALANCED}
 LARGEST_Y = 2**31 - 1
 """The largest of 32 bits."""
+DOUBTFUL = 2.0**-9
+"""Narrower leaves, near poses and folds, are tried with the checker's test before they are written."""
 SMALLEST = 1e-7
 """Width of u at which a cell is written as undecided."""
 USEFUL_CUT = 0.7
 """A cut is written when some entry keeps at most this share of its width."""
 WIDER = 1e-9
 """A kept interval is widened by this share of its width, so that the checker confirms it."""
+ROUNDING = 2.0**-50
+"""And by this share of itself: a bound is rounded to a double."""
 UNKNOWN = base64.b64encode(bytes([Node.UNDECIDED])).decode("ascii")
 """A tree of one leaf."""
 GROWTH = (8.0, 4.0, 2.0, 1.0, 0.5, 0.25, 0.125, 0.0625, 0.03125)
@@ -144,17 +148,15 @@ class Recorder:
         state = look_turn(
             self.model, ROTATION_ONLY, *self.scratch(self.turn_scratch), self.states, row, self.y, self.place
         )
-        widths = [hi - lo for lo, hi in cell.bounds]
-        widest = int(np.argmax(widths))
+        widest = max(hi - lo for lo, hi in cell.bounds)
         if state == NOT_SLACK:
             cable = self.too_long(cell)
-            return (
-                (bytes([widest]), cell.halves(widest))
-                if cable is None
-                else (leaf(Node.TOO_LONG, [cable]), ())
-            )
+            return self.split(cell) if cable is None else (leaf(Node.TOO_LONG, [cable]), ())
         if state in REASONS:
-            return leaf(REASONS[state], self.written_y()), ()
+            found = Leaf(cell, REASONS[state], tuple(self.written_y()))
+            if widest >= DOUBTFUL or self.search.confirmed(found, cell):
+                return leaf(found.node, found.data), ()
+            return self.split(cell)
         if state == turn.BOTH:
             return bytes([Node.SIDES]), [Cell(cell.chart, cell.bounds, side) for side in (1, -1)]
         if self.setting.planar:
@@ -162,13 +164,19 @@ class Recorder:
         place = [(lo, hi) for lo, hi in self.place.tolist()]
         if state == OPEN and self.is_settled(cell.chart, [*cell.bounds, *place]):
             return leaf(Node.ROOT), ()
-        if state == turn.UNSMOOTH and max(widths) <= turn.FOLD_WIDTH:
+        if state == turn.UNSMOOTH and widest <= turn.FOLD_WIDTH:
             most = self.search.reach
             x = [(0.0, 0.0) if k == 1 and self.setting.planar else (-most, most) for k in range(3)]
             return bytes([Node.HAND_ON]), [Cell(cell.chart, (*cell.bounds, *x))]
-        if max(widths) < SMALLEST:
+        return self.split(cell)
+
+    def split(self, cell: Cell) -> tuple[bytes, Sequence[Cell]]:
+        """Return the node that halves a cell, or gives it up where it is too small for that."""
+        longest = self.search.longest(cell)
+        lo, hi = cell.bounds[longest]
+        if hi - lo < SMALLEST * (1.0 if longest < 3 else number(self.search.platform.unit)):
             return leaf(Node.UNDECIDED), ()
-        return bytes([widest]), cell.halves(widest)
+        return bytes([longest]), cell.halves(longest)
 
     def too_long(self, cell: Cell) -> int | None:
         """Return a cable of which the checker confirms that it is too long over a cell of u; None: no one."""
@@ -220,11 +228,7 @@ class Recorder:
             y = likely_direction(turned, x)
             if y is not None and unbalanced(place, y):
                 return leaf(Node.UNBALANCED, y), ()
-        widest = self.search.longest(cell)
-        lo, hi = cell.bounds[widest]
-        if hi - lo < SMALLEST * (1.0 if widest < 3 else number(platform.unit)):
-            return leaf(Node.UNDECIDED), ()
-        return bytes([widest]), cell.halves(widest)
+        return self.split(cell)
 
     def cable_at(self, j: int) -> int:
         """Return the cable at a place of the platform's list."""
@@ -240,7 +244,7 @@ class Recorder:
             found = place.kept(k, lo, hi) if lo < hi else None
             if found is None:
                 continue
-            slack = WIDER * (hi - lo)
+            slack = WIDER * (hi - lo) + ROUNDING * max(abs(lo), abs(hi))
             new = (max(lo, float_of(found[0]) - slack), min(hi, float_of(found[1]) + slack))
             if not new[0] < new[1]:
                 continue
