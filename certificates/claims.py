@@ -84,14 +84,15 @@ def check_cable(problem: Problem, listed: Listed, i: int, density: arb | None, d
     elif state == "slack":
         claimed(density is None and (problem.ignore_slack or distance < lo), f"{name} slack")
     else:
-        claimed(state == "undecided", f"{name} {state}")
+        refuted = distance > hi and not problem.ignore_slack if density is None else density < 0
+        claimed(state == "undecided" and (problem.ignore_tension_sign or not refuted), f"{name} {state}")
 
 
 def check_slackness(problem: Problem, listed: Listed, subset: Sequence[int], distances: Vector) -> None:
     """Check what is said about the cables outside the subset together."""
     others = [i for i in range(len(problem.names)) if i not in subset]
     if listed.slack_respected is True:
-        near = [distances[i] < problem.lengths[i][0] for i in others if listed.states[i] == "slack"]
+        near = [distances[i] < problem.lengths[i][0] for i in others]
         claimed(all(near), "slack respected")
     elif listed.slack_respected is False:
         far = [distances[i] > problem.lengths[i][1] for i in others]

@@ -29,6 +29,7 @@ def check_one_point_family(
         raise NotProved("not inextensible cables that end in one platform point")
     free = not any(x != 0 for x in arm)
     chosen, proof = pose_indices(problem, entry, solutions, 1 if free else 2)
+    claimed(chosen[0] is None or chosen[0] not in chosen[1:], "two families")
     with ctx.workprec(BITS):
         for part, found in lowest_points(problem, taut, proof):
             if found is None or any(i not in found[1] for i in taut):

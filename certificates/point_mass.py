@@ -80,6 +80,8 @@ def check_present(problem: Problem, taut: Sequence[int], found: Point | None, li
     if problem.ignore_slack:
         claimed(set(carrying) == set(taut), "the pose of other cables")
     claimed(set(listed.taut) <= set(taut), "other taut cables than asked for")
+    outside = not problem.ignore_slack and any(found[1][i] > 0 for i in carrying if i not in taut)
+    claimed(not outside, "a pose at which another cable carries")
     slack = problem.taut is not None and any(listed.states[i] == "slack" for i in taut)
     claimed(not slack, "slack a cable that is asked to be taut")
     check_pose(problem, listed, carrying, Pose(IDENTITY, *found))

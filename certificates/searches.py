@@ -8,6 +8,7 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import combinations
 from typing import Any
 
 from flint import arb, arb_mat, fmpq
@@ -68,6 +69,8 @@ class Search:
         )
         if sorted(self.order) != list(setting.taut):
             raise Malformed("order: not the taut cables")
+        self.families: list[tuple[Root, Pose]] = []
+        """Roots whose families are listed, each with one pose: that of its frames."""
         self.roots = [self.read_root(v, solutions) for v in list_of(found["roots"], "roots")]
         self.platform = setting.cables(problem, self.order)
         self.leaves = [
@@ -168,6 +171,23 @@ class Search:
         self.check_alone(root, listed)
         return root.pose
 
+    def check_roots(self, solutions: list[Listed]) -> set[int]:
+        """Check all roots; return the solutions they prove."""
+        self.families.clear()
+        found = {self.check_root(root, solutions) for root in self.roots}
+        for (first, pose), (second, other) in combinations(self.families, 2):
+            entries = zip(
+                [*pose.rotation.entries(), *pose.centre.entries()],
+                [*other.rotation.entries(), *other.centre.entries()],
+                strict=True,
+            )
+            where = self.coordinates(second.chart, pose.rotation, pose.centre)
+            if first.pose != second.pose and all(a.overlaps(b) for a, b in entries):
+                raise NotProved("a family may be listed twice")
+            if first.pose == second.pose and (where is None or not lies_in(where, second.box)):
+                raise NotProved("one family is listed for roots that may be two")
+        return {k for k in found if k is not None}
+
     def is_rejected(self, pose: Pose) -> bool:
         """Return True for a pose proved not to be static: a cable would push, or another one is too long."""
         if not self.problem.ignore_tension_sign and any(t < 0 for t in pose.densities.values()):
@@ -186,6 +206,15 @@ class Search:
         where = self.coordinates(root.chart, rotation, centre)
         if where is None or not lies_in(where, root.box):
             raise NotProved("a solution's box is not proved to hold one pose only")
+        if not self.setting.planar:
+            return
+        # Only where both cables carry must all lie in the plane.
+        ends = [(v.lower().fmpq(), v.upper().fmpq()) for v in where]
+        middle, radius = [(a + b) / 2 for a, b in ends], [(b - a) / 2 for a, b in ends]
+        found = self.system(root.chart).tensions(middle, radius)
+        decided = [k for k, i in enumerate(self.order) if listed.states[i] != "undecided"]
+        if found is None or any(abs(found[0][k]) <= found[1][k] for k in decided):
+            raise NotProved("a solution's box may hold poses at which a cable carries nothing")
 
     def check_family(self, root: Root, pose: Pose, solutions: list[Listed]) -> int | None:
         """Check a family by one of its poses."""
@@ -202,6 +231,7 @@ class Search:
             never_slack(self.problem, self.setting.taut, pose, point, direction)
         else:
             check_turning(self.problem, solutions[root.pose], self.setting.taut, pose, point, direction)
+            self.families.append((root, pose))
         return root.pose
 
     def check_end(self, root: Root, alone: int) -> None:
@@ -329,8 +359,7 @@ class Searches:
 
     def check_roots(self) -> set[int]:
         """Check all roots; return the solutions they prove."""
-        found = {search.check_root(root, self.solutions) for search in self.searches for root in search.roots}
-        return {k for k in found if k is not None}
+        return {k for search in self.searches for k in search.check_roots(self.solutions)}
 
     def check(self, leaf: tuple[Search, Leaf]) -> int:
         """Check a leaf; return the number of parts it took."""

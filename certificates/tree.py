@@ -114,7 +114,7 @@ def decode(content: bytes, start: Cell, reach: float, planar: bool) -> Iterator[
                     kept = narrowed(kept, k, lo, hi)
             yield Leaf(cell, Node.CUT, kept=kept)
             below = (kept,)
-        elif code in tuple(Node)[3:]:
+        elif code in tuple(Node)[3:] and not (code == Node.NO_POSITION and cell.placed):
             data = take("B") if code == Node.TOO_LONG else take("6i") if code == Node.UNBALANCED else ()
             yield Leaf(cell, Node(code), tuple(int(v) for v in data))
         else:

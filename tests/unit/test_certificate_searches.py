@@ -31,6 +31,7 @@ from solvers.problem import Options, Problem
 from solvers.record import Record
 from solvers.result import Result
 from tests import plain_certificate_reader as reader
+from tests import point_certificates
 
 LENGTHS = "7.5,8"
 """Of uc2: eight poses, all with both cables taut."""
@@ -436,3 +437,67 @@ def test_a_tree_with_swapped_halves_is_refused(uc3: dict[str, Any]):
         found = searches_of(with_tree(uc3, 0, chart, lambda t, p=place: swapped(t, p)))
         new = [leaf for leaf in found.leaves if leaf[1] not in before]
         assert new and not all(confirmed(found, leaf) for leaf in new)
+
+
+def slings() -> dict[str, Any]:
+    """Return the certificate of two cables from one exit point: two families that turn about the vertical."""
+    cables = [([0.0, 0.0, 3.0], [-1.0, 0.0, 0.5]), ([0.0, 0.0, 3.0], [1.0, 0.0, 0.5])]
+    options = Options(record=Record())
+    robot = point_certificates.robot([tuple(a) for a, _ in cables], [tuple(b) for _, b in cables])
+    problem = pose_problem(robot, ["1.5", "1.6"], "c0,c1", None, options)
+    return document_of(problem, options, answer_question(problem, options))
+
+
+def test_a_family_listed_twice_is_refused(tmp_path: Path):
+    document = slings()
+    assert verdict(tmp_path, document) is Verdict.PROVED and len(document["solutions"]) == 2
+    for other in (0, 1):
+        changed = copy.deepcopy(document)
+        changed["solutions"].append(copy.deepcopy(document["solutions"][other]))
+        roots = changed["subsets"][0]["searches"][0]["roots"]
+        roots.append({**next(r for r in roots if r["pose"] == other), "pose": 2})
+        assert verdict(tmp_path, changed) is Verdict.NOT_PROVED
+
+
+def test_one_family_for_two_roots_is_refused(tmp_path: Path):
+    changed = slings()
+    del changed["solutions"][1]
+    everything = [(-10.0).hex(), (10.0).hex()]
+    for key in ("position_m", "tensions_N", "distances_m"):
+        changed["solutions"][0][key] = [everything] * len(changed["solutions"][0][key])
+    changed["solutions"][0] |= {
+        "rotation": [[everything] * 3] * 3,
+        "height_m": everything,
+        "stability": "undecided",
+    }
+    for root in changed["subsets"][0]["searches"][0]["roots"]:
+        root["pose"] = 0
+    assert refused(tmp_path, changed)
+
+
+def test_cables_that_are_too_long_cannot_be_called_undecided(tmp_path: Path):
+    options = Options(record=Record(), ignore_slack=True)
+    problem = pose_problem(load_robot("uc3"), "7.5,8,2", "c1,c2", None, options)
+    document = document_of(problem, options, answer_question(problem, options))
+    assert verdict(tmp_path, document) is Verdict.PROVED and len(document["solutions"]) == 8
+    document["question"]["ignore_slack"] = False
+    for listed in document["solutions"]:
+        listed |= {"states": ["undecided"] * 3, "taut": [], "stability": "undecided", "slack_respected": None}
+    assert verdict(tmp_path, document) is Verdict.NOT_PROVED
+
+
+def test_a_box_around_poses_that_one_cable_holds_alone_is_refused(tmp_path: Path):
+    # The second cable hardly carries: out of the plane, 3 cm away, there are poses at which it is just tight.
+    document = document_of(*solved("uc2", "7.5,16.405353909", "c1,c2"))
+    assert verdict(tmp_path, document) is Verdict.PROVED and len(document["solutions"]) == 1
+    listed = document["solutions"][0]
+    for bounds in (listed["position_m"], *listed["rotation"]):
+        for k, (lo, hi) in enumerate(bounds):
+            bounds[k] = [(float.fromhex(lo) - 0.02).hex(), (float.fromhex(hi) + 0.02).hex()]
+    assert verdict(tmp_path, document) is Verdict.NOT_PROVED
+
+
+def test_lengths_below_all_doubles_end(uc2: dict[str, Any], tmp_path: Path):
+    changed = copy.deepcopy(uc2)
+    changed["lengths_m"] = [["1e-400", "1e-400"]] * 2
+    assert refused(tmp_path, changed)
