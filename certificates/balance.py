@@ -8,23 +8,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from flint import fmpq
-
 from certificates import guess
-from certificates.cells import Place, combine
-from certificates.polynomials import (
-    SYMBOL,
-    Vector,
-    centre,
-    constant,
-    dot,
-    lowest,
-    number,
-    rational,
-    short,
-    slopes,
-    total,
-)
+from certificates.cells import Place
+from certificates.forms import Form, Vector, combine, near, slopes, value
+from certificates.vectors import dot
 
 TRIES = 3
 """Directions y tried on a cell: the one given, then such as suit the forms' radii."""
@@ -35,12 +22,12 @@ class Wrench:
 
     def __init__(self, place: Place, wrench: Vector) -> None:
         self.place, self.wrench = place, wrench
-        values = [number(centre(f)) for f in place.equations]
+        values = [value(f) for f in place.equations]
         columns = list(zip(*place.slopes, strict=True))
-        given = [[number(c) for c in slopes(v, place.symbols)] for v in wrench]
+        given = [slopes(v, place.count) for v in wrench]
         self.multipliers = [place.multipliers(v) for v in given]
         pairs = list(zip(wrench, given, self.multipliers, strict=True))
-        self.value = [number(centre(v)) + guess.inner(m, values) for v, _, m in pairs]
+        self.value = [value(v) + guess.inner(m, values) for v, _, m in pairs]
         self.slopes = [
             [c + guess.inner(m, column) for c, column in zip(g, columns, strict=True)] for _, g, m in pairs
         ]
@@ -49,10 +36,11 @@ class Wrench:
         """Return the slopes of y . w for a constant y."""
         return [guess.inner(y, column) for column in zip(*self.slopes, strict=True)]
 
-    def lowest(self, y: Sequence[float], moving: Vector) -> fmpq:
+    def lowest(self, y: Sequence[float], moving: Vector) -> int:
         """Return a lower bound of y . w at solutions, y moving."""
-        weights = [short(guess.inner(y, m)) for m in zip(*self.multipliers, strict=True)]
-        return lowest(dot(moving, self.wrench) + combine(weights, self.place.equations))
+        weights = [guess.inner(y, m) for m in zip(*self.multipliers, strict=True)]
+        found: Form = dot(moving, self.wrench) + combine(weights, self.place.equations)
+        return found.lowest()
 
 
 def unbalanced(place: Place, y: Sequence[float]) -> bool:
@@ -61,13 +49,13 @@ def unbalanced(place: Place, y: Sequence[float]) -> bool:
     rows = [w.value for w in wrenches]
     active = list(range(len(rows)))
     for _ in range(TRIES):
-        moving = following(place, [wrenches[i] for i in active], y)
+        moving = following([wrenches[i] for i in active], y)
         if moving is None:
             return False
         low = [w.lowest(y, moving) for w in wrenches]
-        if all(v > 0 for v in low):
+        if min(low) > 0:
             return True
-        radii = [guess.inner(y, row) - number(v) for v, row in zip(low, rows, strict=True)]
+        radii = [guess.inner(y, row) - value(Form(v)) for v, row in zip(low, rows, strict=True)]
         again = guess.direction(rows, radii)
         if again is None:
             return False
@@ -75,14 +63,8 @@ def unbalanced(place: Place, y: Sequence[float]) -> bool:
     return False
 
 
-def following(place: Place, wrenches: Sequence[Wrench], y: Sequence[float]) -> Vector | None:
+def following(wrenches: Sequence[Wrench], y: Sequence[float]) -> Vector | None:
     """Return y with slopes that cancel those of its products with some wrenches."""
     left = [[-v for v in w.slope(y)] for w in wrenches]
     steps = guess.least_norm([w.value for w in wrenches], list(zip(*left, strict=True)))
-    if steps is None:
-        return None
-    return [
-        constant(rational(v))
-        + total([SYMBOL[k] * short(s[i]) for k, s in zip(place.symbols, steps, strict=True)])
-        for i, v in enumerate(y)
-    ]
+    return None if steps is None else [near(v, s) for v, s in zip(y, zip(*steps, strict=True), strict=True)]

@@ -7,7 +7,7 @@ from typing import Any
 
 from flint import arb, arb_mat
 
-from certificates.polynomials import dot
+from certificates.vectors import dot
 
 Vector = list[arb]
 BITS = 200

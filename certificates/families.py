@@ -14,9 +14,9 @@ from flint import arb, arb_mat, ctx
 from certificates.balls import BITS, Vector, column, hull, minus, norm, unit
 from certificates.claims import Pose, check_pose, claimed
 from certificates.point_mass import IDENTITY, Point, lowest_points, pose_indices
-from certificates.polynomials import cross
 from certificates.problem import Listed, Problem
 from certificates.turning import check_turning, end_poses, never_slack
+from certificates.vectors import cross
 from certificates.verdicts import NotProved
 
 

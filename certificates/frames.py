@@ -1,83 +1,30 @@
-"""The frames in which a subset of taut cables is searched.
-
-A frame's axes are rational vectors over their lengths; 1 over a length that is irrational is a middle plus
-a radius times a symbol of its own, so that coordinates stay exact polynomials.
-"""
+"""The frames in which a subset of taut cables is searched."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
 from typing import TYPE_CHECKING
 
-from flint import arb, arb_mat, fmpq, fmpz
+from flint import arb, arb_mat, ctx, fmpq
 
+from certificates.balls import BITS, column, hull, unit
 from certificates.geometry import Platform
-from certificates.polynomials import DATA, Vector, between, constant
-from certificates.subsets import Exact, Kind, cross, dot, minus
+from certificates.subsets import Exact, Kind
+from certificates.vectors import cross, dot, minus
 
 if TYPE_CHECKING:
     from certificates.problem import Problem
 
 UNIT = [[fmpq(int(i == j)) for j in range(3)] for i in range(3)]
-FINE = fmpz(2) ** 100
-"""Irrational inverses are enclosed to 1 / FINE of their size."""
 
 
-class Axis:
-    """The direction of a rational vector, and the same with polynomials for coordinates."""
-
-    def __init__(self, along: Exact, symbol: int) -> None:
-        self.along = along
-        square = dot(along, along)
-        # 1 / sqrt(p / q) = sqrt(q / p): integer roots of q / p times FINE^2, from below and above.
-        root = fmpz(square.q * FINE * FINE // square.p).isqrt()
-        exact = fmpq(root, FINE) ** 2 * square == 1
-        self.inverse = (
-            constant(fmpq(root, FINE)) if exact else between(fmpq(root, FINE), fmpq(root + 1, FINE), symbol)
-        )
-
-    def unit(self) -> list[arb]:
-        """Return the unit vector in balls."""
-        norm = arb(dot(self.along, self.along)).sqrt()
-        return [arb(v) / norm for v in self.along]
-
-
-@dataclass(frozen=True)
-class Frame:
-    """Three axes at right angles: two rational ones and their product, right-handed.
-
-    ``given`` : two of x, y, z with their axes.
-    """
-
-    given: dict[int, Axis]
-
-    @cached_property
-    def third(self) -> int:
-        """The axis that completes the others."""
-        return 3 - sum(self.given)
-
-    def ordered(self) -> tuple[Axis, Axis]:
-        """Return the axes whose product is the third one."""
-        return self.given[(self.third + 1) % 3], self.given[(self.third + 2) % 3]
-
-    def coordinates(self, v: Exact) -> Vector:
-        """Return the coordinates of a rational vector as polynomials."""
-        found = [constant(0)] * 3
-        for k, axis in self.given.items():
-            found[k] = axis.inverse * dot(axis.along, v)
-        a, b = self.ordered()
-        found[self.third] = a.inverse * b.inverse * dot(cross(a.along, b.along), v)
-        return found
-
-    def rows(self) -> arb_mat:
-        """Return the rotation to this frame."""
-        found: list[list[arb]] = [[arb(0)] * 3] * 3
-        for k, axis in self.given.items():
-            found[k] = axis.unit()
-        (ax, ay, az), (bx, by, bz) = (axis.unit() for axis in self.ordered())
-        found[self.third] = [ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx]
-        return arb_mat(found)
+def frame(given: dict[int, Exact]) -> arb_mat:
+    """Return the rotation to the frame with two axes (of 0, 1, 2) along rational vectors at right angles."""
+    with ctx.workprec(BITS):
+        axes = {k: unit(v) for k, v in given.items()}
+        third = 3 - sum(axes)
+        axes[third] = cross(axes[(third + 1) % 3], axes[(third + 2) % 3])
+        return arb_mat([axes[k] for k in range(3)])
 
 
 def across(v: Exact) -> Exact:
@@ -91,8 +38,9 @@ class Setting:
     """One search: the frames of base and platform, and what the subset's symmetry takes out."""
 
     taut: tuple[int, ...]
-    base: Frame
-    platform: Frame
+    base: arb_mat
+    """Rotation to the frame."""
+    platform: arb_mat
     planar: bool
     """All happens in the plane y = 0 of both frames."""
     vertical: bool
@@ -119,21 +67,30 @@ class Setting:
 
     def cables(self, problem: Problem, order: tuple[int, ...]) -> Platform:
         """Return the platform with the taut cables in an order, then the others."""
+        first = order[0]
         everyone = [*order, *(i for i in range(len(problem.names)) if i not in order)]
-        squares = []
-        for k, i in enumerate(everyone):
-            lo, hi = (v * v for v in problem.lengths[i])
-            squares.append(between(lo, hi, DATA + 4 + k) if k < len(order) and lo != hi else constant(hi))
-        widest = max(sum((abs(v) for v in problem.points[i]), fmpq(0)) for i in order)
+        exits = [minus(problem.exits[i], problem.exits[first]) for i in everyone]
+        points = [minus(problem.points[i], problem.points[first]) for i in everyone]
+        squares = [hull(*problem.lengths[i]) ** 2 for i in everyone]
+        taut = len(order)
         return Platform(
-            exits=[self.base.coordinates(minus(problem.exits[i], problem.exits[order[0]])) for i in everyone],
-            points=[self.platform.coordinates(problem.points[i]) for i in everyone],
-            squares=squares,
-            load=self.base.coordinates(problem.load),
-            taut=len(order),
-            unit=widest,
+            exits=[self.coordinates(self.base, a, k < taut) for k, a in enumerate(exits)],
+            points=[self.coordinates(self.platform, b, k < taut) for k, b in enumerate(points)],
+            halves=[
+                (dot(a, a) + dot(b, b) - square) / 2
+                for a, b, square in zip(exits, points, squares, strict=True)
+            ],
+            arm=self.coordinates(self.platform, problem.points[first]),
+            load=self.coordinates(self.base, problem.load),
+            per_unit=1 / arb(max(sum(map(abs, problem.points[i]), fmpq(0)) for i in order)),
+            taut=taut,
             planar=self.planar,
         )
+
+    def coordinates(self, frame: arb_mat, v: Exact, taut: bool = True) -> list[arb]:
+        """Return the coordinates of a rational vector in a frame: y of taut cables is 0 in a plane."""
+        x, y, z = (frame * column(v)).entries()
+        return [x, arb(0) if self.planar and taut else y, z]
 
 
 def settings(problem: Problem, taut: tuple[int, ...], kind: Kind) -> list[Setting]:
@@ -141,20 +98,17 @@ def settings(problem: Problem, taut: tuple[int, ...], kind: Kind) -> list[Settin
     exits, points = [problem.exits[i] for i in taut], [problem.points[i] for i in taut]
     vertical, rod = kind in (Kind.VERTICAL, Kind.BOTH), kind in (Kind.ROD, Kind.BOTH)
     planar = len(taut) == 2 or kind is Kind.BOTH
-    plain = Frame({0: Axis(UNIT[0], DATA), 2: Axis(UNIT[2], DATA + 1)})
-    base = platform = plain
+    base = platform = frame({0: UNIT[0], 2: UNIT[2]})
     if planar or vertical:
         up = [-v for v in problem.load]
         step = cross(up, cross(minus(exits[-1], exits[0]), up))
-        base = Frame({0: Axis(step if any(step) else across(up), DATA), 2: Axis(up, DATA + 1)})
+        base = frame({0: step if any(step) else across(up), 2: up})
     first = next((b for b in points if any(b)), UNIT[0])
     if rod:
         names = (0, 2) if planar else (2, 0)
-        platform = Frame({names[0]: Axis(first, DATA + 2), names[1]: Axis(across(first), DATA + 3)})
+        platform = frame({names[0]: first, names[1]: across(first)})
     elif planar:
         third = cross(first, cross(points[0], points[1]))
-        frames = [
-            Frame({0: Axis(first, DATA + 2), 2: Axis(v, DATA + 3)}) for v in (third, [-x for x in third])
-        ]
-        return [Setting(taut, base, frame, True, vertical, False) for frame in frames[: 1 if vertical else 2]]
+        frames = [frame({0: first, 2: v}) for v in (third, [-x for x in third])]
+        return [Setting(taut, base, f, True, vertical, False) for f in frames[: 1 if vertical else 2]]
     return [Setting(taut, base, platform, planar, vertical, rod)]

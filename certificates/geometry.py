@@ -1,4 +1,4 @@
-"""A platform over a cell: rotation, spheres and wrenches as exact polynomials.
+"""A platform in some pose: rotation, spheres and wrenches, in numbers of any kind (balls, forms, jets).
 
 Rotations are R(u) D_c with the Cayley rotation R(u) and D_c the identity or a half turn; s = 1 + |u|^2 makes
 s R(u) polynomial. x is the way from the first cable's exit point to its platform point. With
@@ -16,15 +16,16 @@ Everything below is multiplied by s, but for |x|^2 - l_1^2.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
 
-from flint import fmpq, fmpq_mpoly
-
-from certificates.polynomials import RING, Vector, constant, cross, dot
+from certificates.vectors import cross, dot, minus
 
 HALF_TURNS = ((1, 1, 1), (1, -1, -1), (-1, 1, -1), (-1, -1, 1))
 """Diagonals of D_c."""
+Vector = list[Any]
 
 
 @dataclass(frozen=True)
@@ -32,77 +33,108 @@ class Platform:
     """A robot under a load, cables in an order of which the first n are taut."""
 
     exits: list[Vector]
-    """A_i."""
+    """a_i."""
     points: list[Vector]
-    """b_i from the centre of mass."""
-    squares: list[fmpq_mpoly]
-    """l_i^2."""
+    """b_i - b_1."""
+    halves: Vector
+    """h_i = (|a_i|^2 + |b_i - b_1|^2 - l_i^2) / 2."""
+    arm: Vector
+    """b_1 from the centre of mass."""
     load: Vector
+    per_unit: Any
+    """What moments are multiplied by: 1 over a length."""
     taut: int
-    unit: fmpq
-    """The length that divides moments."""
-    planar: bool = False
+    planar: bool
     """Everything lies in the plane y = 0."""
+
+    @property
+    def square(self) -> Any:
+        """l_1^2."""
+        return -2 * self.halves[0]
+
+    def mapped(self, convert: Callable[[Any], Any]) -> Platform:
+        """Return the platform in numbers of another kind."""
+        return replace(
+            self,
+            exits=[[convert(v) for v in a] for a in self.exits],
+            points=[[convert(v) for v in b] for b in self.points],
+            halves=[convert(v) for v in self.halves],
+            arm=[convert(v) for v in self.arm],
+            load=[convert(v) for v in self.load],
+            per_unit=convert(self.per_unit),
+        )
 
 
 class Turned:
-    """What depends on the rotation alone."""
+    """What depends on the rotation alone; ``u`` are numbers of the platform's kind, or jets of these."""
 
-    def __init__(self, platform: Platform, chart: int, u: Sequence[fmpq_mpoly]) -> None:
+    def __init__(self, platform: Platform, chart: int, u: Sequence[Any]) -> None:
         self.platform = platform
-        squares = [x * x for x in u]
-        self.s = squares[0] + squares[1] + squares[2] + 1
-        self.rotation: list[Vector] = []
-        for i in range(3):
-            row = []
-            for j in range(3):
-                k = 3 - i - j
-                odd = 2 if (j - i) % 3 == 2 else -2
-                entry = 2 - self.s + 2 * squares[i] if i == j else 2 * u[i] * u[j] + odd * u[k]
-                row.append(HALF_TURNS[chart][j] * entry)
-            self.rotation.append(row)
-        self.cables = [self.cable(i) for i in range(len(platform.exits))]
+        x, y, z = u
+        xx, yy, zz, yz, zx, xy = x * x, y * y, z * z, y * z, z * x, x * y
+        self.s = xx + yy + zz + 1
+        rows = [
+            [1 + xx - yy - zz, 2 * (xy - z), 2 * (zx + y)],
+            [2 * (xy + z), 1 - xx + yy - zz, 2 * (yz - x)],
+            [2 * (zx - y), 2 * (yz + x), 1 - xx - yy + zz],
+        ]
+        self.rotation = [[c * v for c, v in zip(HALF_TURNS[chart], row, strict=True)] for row in rows]
+        self.found: dict[int, tuple[Vector, Vector, Any]] = {}
 
     def turn(self, b: Vector) -> Vector:
         """Return s R b."""
         return [dot(row, b) for row in self.rotation]
 
-    def cable(self, i: int) -> tuple[Vector, Vector, Vector, fmpq_mpoly]:
-        """Return a_i, s q_i, s d_i and s K_i."""
-        p = self.platform
-        a = [x - y for x, y in zip(p.exits[i], p.exits[0], strict=True)]
-        b = [x - y for x, y in zip(p.points[i], p.points[0], strict=True)]
-        q = self.turn(b)
-        half = (dot(a, a) + dot(b, b) + p.squares[0] - p.squares[i]) * fmpq(1, 2)
-        return a, q, [self.s * x - y for x, y in zip(a, q, strict=True)], self.s * half - dot(a, q)
+    def cable(self, i: int) -> tuple[Vector, Vector, Any]:
+        """Return s q_i, s d_i and s a_i . q_i."""
+        if i not in self.found:
+            a, q = self.platform.exits[i], self.turn(self.platform.points[i])
+            self.found[i] = q, [self.s * v - w for v, w in zip(a, q, strict=True)], dot(a, q)
+        return self.found[i]
 
-    def lines(self) -> list[tuple[Vector, fmpq_mpoly]]:
-        """Return (s d_i, s K_i) of the linear equations of lengths; in a plane y . x = 0 is second."""
-        found = [(d, k) for _, _, d, k in self.cables[1 : self.platform.taut]]
-        zero = RING.constant(0)
-        return [found[0], ([zero, self.s, zero], zero), *found[1:]] if self.platform.planar else found
+    def line(self, i: int) -> tuple[Vector, Any]:
+        """Return s d_i and s K_i."""
+        _, d, inner = self.cable(i)
+        return d, self.s * (self.platform.halves[i] - self.platform.halves[0]) - inner
 
-    def triple(self, x: Vector) -> list[fmpq_mpoly]:
-        """Return three polynomials that vanish where the first cables have their lengths."""
-        return [dot(x, x) - self.platform.squares[0], *(dot(d, x) - k for d, k in self.lines()[:2])]
+    @cached_property
+    def lines(self) -> list[tuple[Vector, Any]]:
+        """The (s d_i, s K_i) of the taut cables but the first."""
+        return [self.line(i) for i in range(1, self.platform.taut)]
 
-    def lengths(self, x: Vector) -> list[fmpq_mpoly]:
-        """Return polynomials that vanish where all taut cables have their lengths."""
-        first = dot(x, x) - self.platform.squares[0]
-        return [first, *(dot(d, x) - k for _, _, d, k in self.cables[1 : self.platform.taut])]
+    @cached_property
+    def pair(self) -> list[tuple[Vector, Any]]:
+        """Two of them, which leave two positions; in a plane y . x = 0 is the second."""
+        zero = 0 * self.s
+        return [self.lines[0], ([zero, self.s, zero], zero)] if self.platform.planar else self.lines[:2]
 
-    def excess(self, i: int, x: Vector) -> fmpq_mpoly:
+    def lengths(self, x: Vector, lines: Sequence[tuple[Vector, Any]]) -> Vector:
+        """Return numbers that are 0 where the first cable and others have their lengths."""
+        return [dot(x, x) - self.platform.square, *(dot(d, x) - k for d, k in lines)]
+
+    def spheres(self, x: Vector) -> Vector:
+        """Return |x|^2 - l_1^2 and s (|e_i|^2 - l_i^2) of the other taut cables: one length in each."""
+        square, halves = dot(x, x), self.platform.halves
+        found = [square + 2 * halves[0]]
+        for i in range(1, self.platform.taut):
+            _, d, inner = self.cable(i)
+            found.append(self.s * (square + 2 * halves[i]) - 2 * (inner + dot(d, x)))
+        return found
+
+    def excess(self, i: int, x: Vector) -> Any:
         """Return s (|e_i|^2 - l_i^2) / 2, given that the first length is right."""
-        _, _, d, k = self.cables[i]
+        d, k = self.line(i)
         return k - dot(d, x)
 
     def wrenches(self, x: Vector) -> list[Vector]:
         """Return s w_i of the taut cables, and s w_0."""
-        p, per = self.platform, 1 / self.platform.unit
+        p = self.platform
         sx = [self.s * v for v in x]
-        found = [[-v for v in sx] + [constant(0)] * 3]
-        for a, q, d, _ in self.cables[1 : p.taut]:
-            moment = cross(q, [(v - w) * per for v, w in zip(a, x, strict=True)])
-            found.append([v - w for v, w in zip(d, sx, strict=True)] + moment)
-        moment = cross(self.turn(p.points[0]), [-f * per for f in p.load])
+        found = [[-v for v in sx] + [0 * self.s] * 3]
+        scaled = [v * p.per_unit for v in x]
+        for i in range(1, p.taut):
+            q, d, _ = self.cable(i)
+            reach = [v * p.per_unit - w for v, w in zip(p.exits[i], scaled, strict=True)]
+            found.append(minus(d, sx) + cross(q, reach))
+        moment = cross([f * p.per_unit for f in p.load], self.turn(p.arm))
         return [*found, [self.s * f for f in p.load] + moment]

@@ -14,19 +14,17 @@ from typing import Any
 
 from flint import arb, arb_mat, ctx, fmpq, fmpq_mat
 
+from certificates import newton
 from certificates.balls import BITS, Vector, column, hull, minus, norm
 from certificates.claims import Pose, check_pose, claimed
 from certificates.literals import entry_of, exact, exacts, index_of, list_of
-from certificates.polynomials import dot
 from certificates.problem import Listed, Problem
+from certificates.vectors import dot
 from certificates.verdicts import Malformed, NotProved
 
 Point = tuple[arb_mat, dict[int, arb]]
 """The point (3, 1), and t_i of the cables that are not proved slack there."""
 IDENTITY = arb_mat(3, 3, [1, 0, 0, 0, 1, 0, 0, 0, 1])
-NEWTON_STEPS = 12
-INFLATIONS = 40
-CONTRACTIONS = 6
 MOST_CUTS = 40
 
 
@@ -175,7 +173,7 @@ def by_newton(problem: Problem, cables: Sequence[int], proof: Any) -> Point:
     _, start, scale = entry_of(proof, "newton", ("kind", "start", "scale")).values()
     try:
         system = System(problem, cables, exact(scale))
-        x = system.zero([arb(v) for v in exacts(start, 3 + len(cables))])
+        x = newton.zero(system.equations, [arb(v) for v in exacts(start, 3 + len(cables))]).entries()
     except ZeroDivisionError:
         raise NotProved("the lowest point is not proved: singular") from None
     sizes = [norm(a) for a in system.arms(x)]
@@ -223,34 +221,6 @@ class System:
                 values.append(constant * arb.max(arb(0), 1 - length / rho) - t[k])
                 slopes.append([change * dot(a, d[:3]) - d[3 + k] for d in directions])
         return column(values), arb_mat(slopes)
-
-    def zero(self, start: Vector) -> Vector:
-        """Enclose a zero: the operator maps a box around it strictly into itself, for all lengths."""
-        x, n = column(start), len(start)
-        unity = arb_mat([[int(i == j) for j in range(n)] for i in range(n)])
-        for _ in range(NEWTON_STEPS):
-            value, slope = self.equations(x.entries(), unity)
-            x = (x - slope.mid().solve(value.mid())).mid()
-        value, slope = self.equations(x.entries(), unity)
-        inverse = slope.mid().inv().mid()
-
-        def image(radii: Vector) -> Vector:
-            """Return how far from x the operator takes x + inverse y, |y| <= radii, as new radii."""
-            y = column([hull(-r, r) for r in radii])
-            moved = (unity - self.equations((x + inverse * y).entries(), inverse)[1]) * y - value
-            return [m.abs_upper() for m in moved.entries()]
-
-        sizes = [sum((abs(slope[i, j] * x[j, 0]).mid() for j in range(n)), arb(1)) for i in range(n)]
-        tiny = [size * fmpq(1, 2**120) for size in sizes]
-        radii = [(2 * v.abs_upper() + e).mid() for v, e in zip(value.entries(), tiny, strict=True)]
-        for _ in range(INFLATIONS):
-            moved = image(radii)
-            if all(m < r for m, r in zip(moved, radii, strict=True)):
-                for _ in range(CONTRACTIONS):
-                    moved = image(moved)
-                return list((x + inverse * column([hull(-m, m) for m in moved])).entries())
-            radii = [(fmpq(5, 4) * m + e).mid() for m, e in zip(moved, tiny, strict=True)]
-        raise NotProved("the lowest point is not proved: no box is mapped into itself")
 
 
 def open_share(x: arb) -> arb:

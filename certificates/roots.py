@@ -7,48 +7,20 @@ balance. For six taut cables the lengths alone fix the pose, and t follows.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from typing import Any
 
-from flint import fmpq, fmpq_mpoly, fmpz
+from flint import arb, arb_mat
 
-from certificates import guess
-from certificates.cells import combine, contained
+from certificates import guess, newton
+from certificates.balls import column
+from certificates.cells import contained, deviation
+from certificates.forms import PLACE, TENSION, TURN, UNIT, Form, combine, enclosing, near, units, value
 from certificates.frames import Setting
 from certificates.geometry import Platform, Turned
-from certificates.polynomials import (
-    PLACE,
-    SYMBOL,
-    TENSION,
-    TURN,
-    ZERO,
-    Vector,
-    centre,
-    constant,
-    dot,
-    number,
-    rational,
-    size,
-    slopes,
-    total,
-)
-
-Numbers = list[fmpq]
-GRID = fmpz(2) ** 200
-"""Starts are multiples of 1 / GRID."""
-STEPS = 40
-"""Most Newton steps; each in exact numbers with a float inverse gains at least a digit near a root."""
-SMALL = fmpq(1, GRID // 2**60)
-"""A Newton step this short is the last one."""
-WIDENINGS = 12
-"""Most boxes tried around a start."""
-
-
-@dataclass(frozen=True)
-class Zero:
-    """Bounds of one zero: middles and radii of u (3), x (3) and t (n)."""
-
-    middle: Numbers
-    radius: Numbers
+from certificates.jets import Jet
+from certificates.newton import Zero
+from certificates.vectors import dot, minus
+from certificates.verdicts import NotProved
 
 
 class System:
@@ -56,23 +28,24 @@ class System:
 
     def __init__(self, setting: Setting, platform: Platform, chart: int) -> None:
         self.setting, self.platform, self.chart = setting, platform, chart
-        n = platform.taut
+        self.forms = platform.mapped(enclosing)
         frozen = setting.frozen(chart) or ()
         self.unknowns = [TURN + k for k in range(3) if k not in frozen]
         self.unknowns += [PLACE + k for k in range(3) if not (setting.planar and k == 1)]
-        self.balanced = n < 6
+        self.balanced = platform.taut < 6
         if self.balanced:
-            self.unknowns += [TENSION + k for k in range(n)]
-        self.symbols = [*range(TURN, TURN + 3), *range(PLACE, PLACE + 3), *range(TENSION, TENSION + n)]
+            self.unknowns += [TENSION + k for k in range(platform.taut)]
 
-    def around(self, middle: Numbers, radius: Numbers) -> Vector:
-        """Return u, x, t as polynomials over a box."""
-        return [constant(m) + SYMBOL[k] * r for m, r, k in zip(middle, radius, self.symbols, strict=True)]
+    def jets(self, x: Sequence[Any]) -> list[Any]:
+        """Return u, x and t with derivatives by the unknowns, given these; other entries are 0."""
+        found = {k: Jet(v, {i: 1}) for i, (k, v) in enumerate(zip(self.unknowns, x, strict=True))}
+        return [found.get(k, 0 * x[0]) for k in range(TENSION + self.balanced * self.platform.taut)]
 
-    def equations(self, z: Vector) -> Vector:
-        """Return polynomials that vanish where lengths and balance hold."""
-        turned = Turned(self.platform, self.chart, z[:3])
-        found = turned.lengths(z[3:6])
+    def equations(self, platform: Platform, x: Sequence[Any], apart: bool) -> list[Jet]:
+        """Return numbers that are 0 where lengths and balance hold; ``apart``: each has its own length."""
+        z = self.jets(x)
+        turned = Turned(platform, self.chart, z[:3])
+        found = turned.spheres(z[3:6]) if apart else turned.lengths(z[3:6], turned.lines)
         if not self.balanced:
             return found
         *wrenches, load = turned.wrenches(z[3:6])
@@ -85,114 +58,77 @@ class System:
             return [*found, *left[:3], *(dot(left[3:], [row[k] for row in turned.rotation]) for k in (0, 1))]
         return [*found, *left]
 
-    def changes(self, equations: Vector) -> list[list[fmpq_mpoly]]:
-        """Return the derivatives by the unknowns' symbols."""
-        return [[f.derivative(k) for k in self.unknowns] for f in equations]
-
-    def tensions(self, middle: Numbers, radius: Numbers) -> tuple[Numbers, Numbers] | None:
-        """Return middles and radii of every t that balances the load somewhere in a box of (u, x), or None.
+    def tensions(self, box: Sequence[Form]) -> tuple[list[float], list[int]] | None:
+        """Return middles, and radii, of every t that balances the load somewhere in a box of (u, x), or None.
 
         With L near a left inverse of the wrenches W: t - t_0 = -L (W t_0 + w_0) - (L W - I)(t - t_0).
         """
-        z = self.around(
-            [*middle[:6], *[ZERO] * self.platform.taut], [*radius[:6], *[ZERO] * self.platform.taut]
-        )
-        *wrenches, load = Turned(self.platform, self.chart, z[:3]).wrenches(z[3:6])
-        columns = [[number(centre(v)) for v in w] for w in wrenches]
-        left = guess.solve(guess.gram(columns), columns)
-        if left is None:
+        *wrenches, load = Turned(self.forms, self.chart, box[:3]).wrenches(list(box[3:]))
+        columns = [[value(v) for v in w] for w in wrenches]
+        L = guess.solve(guess.gram(columns), columns)
+        if L is None:
             return None
-        L = [[rational(v) for v in row] for row in left]
-        t = [-total([constant(v) * centre(f) for v, f in zip(row, load, strict=True)]) for row in L]
-        rest = [f + dot(t, [w[k] for w in wrenches]) for k, f in enumerate(load)]
-        wrong = [size(combine(row, rest)) for row in L]
-        error = [
-            [size(combine(row, w) - int(i == j)) for j, w in enumerate(wrenches)] for i, row in enumerate(L)
-        ]
-        bound = contained(wrong, error)
-        return None if bound is None else ([centre(v) for v in t], bound)
+        t = [-guess.inner(row, [value(v) for v in load]) for row in L]
+        rows = list(zip(*wrenches, strict=True))
+        rest = [f + combine(t, row) for f, row in zip(load, rows, strict=True)]
+        bound = contained([combine(row, rest).size() for row in L], deviation(L, rows))
+        return None if bound is None else (t, bound)
 
-    def has_one_zero_at_most(self, lo: Sequence[float], hi: Sequence[float]) -> bool:
+    def has_one_zero_at_most(self, box: Sequence[Form]) -> bool:
         """Return True when a box of (u, x) holds at most one zero, whatever its tensions.
 
         Two zeros z, z' in a box have |z - z'| <= |C J - I| |z - z'| with J the derivatives over the box.
         """
-        middle = [(rational(a) + rational(b)) / 2 for a, b in zip(lo, hi, strict=True)]
-        radius = [(rational(b) - rational(a)) / 2 for a, b in zip(lo, hi, strict=True)]
-        tensions = self.tensions(middle, radius) if self.balanced else ([ZERO] * 6, [ZERO] * 6)
-        if tensions is None:
-            return False
-        z = self.around([*middle, *tensions[0]], [*radius, *tensions[1]])
-        return self.deviation(self.equations(z)) is not None
-
-    def deviation(self, equations: Vector) -> list[list[fmpq]] | None:
-        """Return |C J - I| over the box where its spectral radius is below 1, C being a float inverse."""
-        J = self.changes(equations)
-        inverse = guess.inverse([[number(centre(v)) for v in row] for row in J])
-        if inverse is None:
-            return None
-        C = [[rational(v) for v in row] for row in inverse]
-        error = [
-            [size(combine(row, column) - int(i == j)) for j, column in enumerate(zip(*J, strict=True))]
-            for i, row in enumerate(C)
-        ]
-        return error if contained([ZERO] * len(C), error) is not None else None
-
-    def zero_near(self, lo: Sequence[float], hi: Sequence[float]) -> Zero | None:
-        """Return tight bounds of a zero, found by Newton from a box's middle and proved by Krawczyk."""
-        n = self.platform.taut
-        z = [(rational(a) + rational(b)) / 2 for a, b in zip(lo, hi, strict=True)]
-        start = self.tensions(z, [ZERO] * 6)
-        if start is None:
-            return None
-        z += start[0] if self.balanced else [ZERO] * n
-        places = [self.symbols.index(k) for k in self.unknowns]
-        for _ in range(STEPS):
-            unit = [fmpq(int(k in self.unknowns)) for k in self.symbols]
-            J = [[number(v) for v in slopes(f, self.unknowns)] for f in self.equations(self.around(z, unit))]
-            inverse = guess.inverse(J)
-            if inverse is None:
-                return None
-            C = [[rational(v) for v in row] for row in inverse]
-            wrong = self.equations(self.around(z, [ZERO] * len(z)))
-            step = [centre(combine(row, wrong)) for row in C]
-            if max(map(abs, step)) < SMALL:
-                return self.proved(z, places, C, [size(combine(row, wrong)) for row in C])
-            for k, s in zip(places, step, strict=True):
-                z[k] = fmpq(((z[k] - s) * GRID).round(), GRID)
-        return None
-
-    def proved(self, z: Numbers, places: list[int], C: list[Numbers], wrong: Numbers) -> Zero | None:
-        """Return bounds around z in which there is exactly one zero for every choice of the data, or None."""
-        reach = [2 * w + SMALL for w in wrong]
-        for _ in range(WIDENINGS):
-            radius = [ZERO] * len(z)
-            for k, r in zip(places, reach, strict=True):
-                radius[k] = r
-            J = self.changes(self.equations(self.around(z, radius)))
-            image = []
-            for i, row in enumerate(C):
-                columns = enumerate(zip(*J, strict=True))
-                image.append(
-                    wrong[i] + total_size([combine(row, c) - int(i == j) * reach[j] for j, c in columns])
-                )
-            if all(new < old for new, old in zip(image, reach, strict=True)):
-                for k, r in zip(places, image, strict=True):
-                    radius[k] = r
-                return self.completed(Zero(z, radius))
-            reach = [2 * new for new in image]
-        return None
-
-    def completed(self, zero: Zero) -> Zero | None:
-        """Fill in the tensions of six cables."""
+        z = list(box)
         if self.balanced:
-            return zero
-        tensions = self.tensions(zero.middle, zero.radius)
-        if tensions is None:
-            return None
-        return Zero([*zero.middle[:6], *tensions[0]], [*zero.radius[:6], *tensions[1]])
+            tensions = self.tensions(box)
+            if tensions is None:
+                return False
+            numbered = enumerate(zip(*tensions, strict=True), TENSION)
+            z += [Form(units(t), [0] * k + [r]) for k, (t, r) in numbered]
+        found = self.equations(self.forms, [z[k] for k in self.unknowns], apart=False)
+        J = [[f.slopes.get(k, Form(0)) for k in range(len(found))] for f in found]
+        C = guess.inverse([[value(v) for v in row] for row in J])
+        return C is not None and contained([UNIT] * len(C), deviation(C, J)) is not None
 
+    def zero_near(self, middle: Sequence[float]) -> Zero:
+        """Enclose a zero's unknowns, found by Newton from (u, x); raise NotProved where that fails."""
+        start = self.tensions([near(v) for v in middle])
+        if start is None:
+            raise NotProved("no tensions near a root's middle")
+        z = [arb(v) for v in [*middle, *start[0]]]
 
-def total_size(forms: Vector) -> fmpq:
-    """Return a bound of a sum of absolute values."""
-    return sum(map(size, forms), ZERO)
+        def system(x: list[arb], axes: arb_mat) -> tuple[arb_mat, arb_mat]:
+            """Return the values of the equations and their slopes along axes."""
+            found = self.equations(self.platform, x, apart=True)
+            slopes = [[f.slopes.get(k, 0) for k in range(len(found))] for f in found]
+            return column([f.value for f in found]), arb_mat(slopes) * axes
+
+        try:
+            return newton.zero(system, [z[k] for k in self.unknowns])
+        except ZeroDivisionError:
+            raise NotProved("no pose is proved near a root's middle: singular") from None
+
+    def pose(self, zero: Zero) -> tuple[arb_mat, arb_mat, list[arb]]:
+        """Enclose rotation, way from the first exit point to the centre of mass, and t."""
+        base, platform = self.setting.base.transpose().tolist(), self.setting.platform.transpose().tolist()
+
+        def entries(x: list[arb]) -> list[Jet]:
+            """Return all of them at some unknowns."""
+            z = self.jets(x)
+            turned = Turned(self.platform, self.chart, z[:3])
+            rows = [[v * turned.s.inverse() for v in row] for row in turned.rotation]
+            way = minus(z[3:6], [dot(row, self.platform.arm) for row in rows])
+            found = [[dot(row, axis) for row in rows] for axis in platform]
+            columns = [[dot(axis, v) for axis in base] for v in [*found, way]]
+            return [v for column in columns for v in column] + z[6:]
+
+        found = zero.image(entries)
+        densities = found[12:] if self.balanced else self.carried(self.jets(zero.entries()))
+        return arb_mat(3, 3, found[:9]).transpose(), column(found[9:12]), densities
+
+    def carried(self, z: Sequence[Jet]) -> list[arb]:
+        """Return the t of six cables in a pose."""
+        turned = Turned(self.platform, self.chart, [v.value for v in z[:3]])
+        *wrenches, load = turned.wrenches([v.value for v in z[3:6]])
+        return list(arb_mat(wrenches).transpose().solve(-column(load)).entries())

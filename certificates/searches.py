@@ -5,25 +5,28 @@ from __future__ import annotations
 import base64
 import binascii
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from fractions import Fraction
 from functools import cached_property
 from itertools import combinations
 from typing import Any
 
-from flint import arb, arb_mat, fmpq
+from flint import arb, arb_mat, ctx, fmpq
 
 from certificates import families
 from certificates.balance import unbalanced
-from certificates.balls import column, hull, norm, unit
+from certificates.balls import BITS, column, hull, norm, unit
 from certificates.cells import Place, no_position, on_branch
 from certificates.claims import Pose, check_pose, spoke
+from certificates.forms import UNIT, Vector, between, enclosing, units
 from certificates.frames import Setting, settings
 from certificates.geometry import HALF_TURNS, Turned
+from certificates.jets import Jet
 from certificates.literals import bounds_of, entry_of, index_of, list_of
-from certificates.polynomials import Vector, between, highest, lowest, number, rational
+from certificates.newton import Zero
 from certificates.problem import Listed, Problem
-from certificates.roots import System, Zero
+from certificates.roots import System
 from certificates.subsets import Kind
 from certificates.tree import Cell, Leaf, Node, decode
 from certificates.turning import check_turning, never_slack
@@ -48,12 +51,9 @@ class Root:
     pose: int | None
     end: int | None
 
-    def holds(self, chart: int, entries: list[tuple[fmpq, fmpq]]) -> bool:
+    def holds(self, chart: int, entries: Iterable[tuple[Any, Any]]) -> bool:
         """Return True when bounds of (u, x) lie in the box."""
-        within = (
-            rational(lo) <= a and b <= rational(hi)
-            for (a, b), (lo, hi) in zip(entries, self.box, strict=True)
-        )
+        within = (lo <= a and b <= hi for (a, b), (lo, hi) in zip(entries, self.box, strict=True))
         return self.chart == chart and all(within)
 
 
@@ -72,7 +72,9 @@ class Search:
         self.families: list[tuple[Root, Pose]] = []
         """Roots whose families are listed, each with one pose: that of its frames."""
         self.roots = [self.read_root(v, solutions) for v in list_of(found["roots"], "roots")]
-        self.platform = setting.cables(problem, self.order)
+        with ctx.workprec(BITS):
+            self.platform = setting.cables(problem, self.order)
+        self.forms = self.platform.mapped(enclosing)
         self.leaves = [
             leaf
             for chart, tree in enumerate(list_of(found["trees"], "trees", 4))
@@ -110,8 +112,8 @@ class Search:
     def reach(self) -> float:
         """The smallest double that is not below the first cable's length."""
         longest = self.problem.lengths[self.order[0]][1]
-        found = number(longest)
-        while rational(found) < longest:
+        found = int(longest.p) / int(longest.q)
+        while fmpq(*found.as_integer_ratio()) < longest:
             found = math.nextafter(found, math.inf)
         return found
 
@@ -119,20 +121,16 @@ class Search:
         """Return the equations in a chart."""
         return System(self.setting, self.platform, chart)
 
-    def pose(self, root: Root, zero: Zero) -> Pose:
-        """Return the pose of a zero in the robot's frames."""
-        values = [hull(m - r, m + r) for m, r in zip(zero.middle, zero.radius, strict=True)]
-        base, platform = self.setting.base.rows(), self.setting.platform.rows()
-        rotation = base.transpose() * cayley(values[:3]) * half_turn(root.chart) * platform
-        first = self.order[0]
-        exit_point, point = column(self.problem.exits[first]), column(self.problem.points[first])
-        centre = exit_point + base.transpose() * arb_mat([[v] for v in values[3:6]]) - rotation * point
-        return Pose(rotation, centre, dict(zip(self.order, values[6:], strict=True)))
+    def pose(self, system: System, zero: Zero) -> Pose:
+        """Return the pose of a zero."""
+        rotation, way, densities = system.pose(zero)
+        centre = column(self.problem.exits[self.order[0]]) + way
+        return Pose(rotation, centre, dict(zip(self.order, densities, strict=True)))
 
     def coordinates(self, chart: int, rotation: arb_mat, centre: arb_mat) -> list[arb] | None:
         """Return (u, x) of a pose in a chart, or None where the chart may not reach it."""
-        base, first = self.setting.base.rows(), self.order[0]
-        r = base * rotation * self.setting.platform.rows().transpose() * half_turn(chart)
+        base, first = self.setting.base, self.order[0]
+        r = base * rotation * self.setting.platform.transpose() * half_turn(chart)
         trace = 1 + r[0, 0] + r[1, 1] + r[2, 2]
         if not trace > 0:
             return None
@@ -144,17 +142,15 @@ class Search:
 
     def check_root(self, root: Root, solutions: list[Listed]) -> int | None:
         """Check a root and what is listed of its pose; return the solution's index."""
-        lo, hi = ([b[k] for b in root.box] for k in (0, 1))
         system = self.system(root.chart)
-        if not system.has_one_zero_at_most(lo, hi):
+        if not system.has_one_zero_at_most(forms(root.box)):
             raise NotProved("a root's box is not proved to hold at most one pose")
-        zero = system.zero_near(lo, hi)
-        if zero is None:
-            raise NotProved("no pose is proved near a root's middle")
-        entries = [(m - r, m + r) for m, r in zip(zero.middle[:6], zero.radius[:6], strict=True)]
-        if not root.holds(root.chart, entries):
+        zero = system.zero_near([(lo + hi) / 2 for lo, hi in root.box])
+        if not lies_in(
+            [v.value if isinstance(v, Jet) else v for v in system.jets(zero.entries())[:6]], root.box
+        ):
             raise NotProved("the pose near a root's middle is not proved to lie in its box")
-        pose = self.pose(root, zero)
+        pose = self.pose(system, zero)
         if root.pose is None and root.end is None and self.is_rejected(pose):
             return None
         if self.setting.family:
@@ -209,11 +205,9 @@ class Search:
         if not self.setting.planar:
             return
         # Only where both cables carry must all lie in the plane.
-        ends = [(v.lower().fmpq(), v.upper().fmpq()) for v in where]
-        middle, radius = [(a + b) / 2 for a, b in ends], [(b - a) / 2 for a, b in ends]
-        found = self.system(root.chart).tensions(middle, radius)
+        found = self.system(root.chart).tensions([enclosing(v) for v in where])
         decided = [k for k, i in enumerate(self.order) if listed.states[i] != "undecided"]
-        if found is None or any(abs(found[0][k]) <= found[1][k] for k in decided):
+        if found is None or any(abs(units(found[0][k])) <= found[1][k] for k in decided):
             raise NotProved("a solution's box may hold poses at which a cable carries nothing")
 
     def check_family(self, root: Root, pose: Pose, solutions: list[Listed]) -> int | None:
@@ -260,17 +254,16 @@ class Search:
 
     def longest(self, cell: Cell) -> int:
         """Return the entry in which a cell is bisected."""
-        share = POSITION_SHARE / number(self.platform.unit)
+        share = POSITION_SHARE * float(self.platform.per_unit)
         widths = [(hi - lo) * (1.0 if k < 3 else share) for k, (lo, hi) in enumerate(cell.bounds)]
         return widths.index(max(widths))
 
     def confirmed(self, leaf: Leaf, cell: Cell) -> bool:
         """Return True when what is said of a leaf is proved over a part of it."""
-        u = [between(rational(lo), rational(hi), k) for k, (lo, hi) in enumerate(cell.bounds[:3])]
-        turned = Turned(self.platform, cell.chart, u)
+        entries = forms(cell.bounds)
+        turned = Turned(self.forms, cell.chart, entries[:3])
         if cell.placed:
-            x = [between(rational(lo), rational(hi), 3 + k) for k, (lo, hi) in enumerate(cell.bounds[3:])]
-            return self.holds(leaf, cell, turned, x)
+            return self.holds(leaf, cell, turned, entries[3:])
         if leaf.node is Node.NO_POSITION:
             return no_position(turned)
         return all(
@@ -285,28 +278,27 @@ class Search:
         return no_position(turned)
 
     def holds(self, leaf: Leaf, cell: Cell, turned: Turned, x: Vector) -> bool:
-        """Return True when what is said of a leaf is proved for positions enclosed by polynomials."""
+        """Return True when what is said of a leaf is proved for an enclosed position."""
         if leaf.node is Node.ROOT:
-            entries = [(rational(lo), rational(hi)) for lo, hi in cell.bounds[:3]]
-            entries += [(lowest(v), highest(v)) for v in x]
-            return any(root.holds(cell.chart, entries) for root in self.roots)
-        place = Place(turned, x, not cell.placed)
+            place = [(Fraction(v.lowest(), UNIT), Fraction(v.highest(), UNIT)) for v in x]
+            return any(root.holds(cell.chart, [*cell.bounds[:3], *place]) for root in self.roots)
+        over = Place(turned, x, not cell.placed)
         if leaf.node is Node.NO_LENGTH:
-            return place.no_length()
+            return over.no_length()
         if leaf.node is Node.CUT:
             assert leaf.kept is not None
             return all(
-                place.cut_to(k, old, new)
+                over.cut_to(k, old, new)
                 for k, (old, new) in enumerate(zip(cell.bounds, leaf.kept.bounds, strict=True))
             )
         if leaf.node is Node.TOO_LONG:
-            return self.may_be_slack(leaf.data[0]) and place.positive(
+            return self.may_be_slack(leaf.data[0]) and over.positive(
                 turned.excess(self.place_of(leaf.data[0]), x)
             )
         if self.problem.ignore_tension_sign:
             return False
         # Part of such a leaf may lie beside all poses with the right lengths, where balance says nothing.
-        return (len(place.equations) > 1 and place.no_length()) or unbalanced(place, leaf.data)
+        return (len(over.equations) > 1 and over.no_length()) or unbalanced(over, leaf.data)
 
     def may_be_slack(self, cable: int) -> bool:
         """Return True for a cable whose slackness is asked for."""
@@ -316,6 +308,11 @@ class Search:
     def place_of(self, cable: int) -> int:
         """Return the place of a cable that is not taut in the platform's list."""
         return [*self.order, *(i for i in range(len(self.problem.names)) if i not in self.order)].index(cable)
+
+
+def forms(bounds: Sequence[tuple[float, float]]) -> Vector:
+    """Return numbers within bounds, one symbol each."""
+    return [between(lo, hi, k) for k, (lo, hi) in enumerate(bounds)]
 
 
 def lies_in(values: list[arb], box: Bounds) -> bool:
@@ -333,14 +330,6 @@ def lies_in(values: list[arb], box: Bounds) -> bool:
 def half_turn(chart: int) -> arb_mat:
     """Return D_c."""
     return arb_mat([[HALF_TURNS[chart][i] if i == j else 0 for j in range(3)] for i in range(3)])
-
-
-def cayley(u: list[arb]) -> arb_mat:
-    """Return R(u)."""
-    x, y, z = u
-    k = arb_mat([[0, -z, y], [z, 0, -x], [-y, x, 0]])
-    unit = arb_mat([[1, 0, 0], [0, 1, 0], [0, 0, 1]])
-    return unit + (k + k * k) * (2 / (1 + x * x + y * y + z * z))
 
 
 class Searches:

@@ -14,8 +14,8 @@ from collections.abc import Sequence
 from flint import arb, arb_mat
 
 from certificates.balls import Vector, column
-from certificates.polynomials import cross, dot
 from certificates.problem import Listed, Problem
+from certificates.vectors import cross, dot
 
 Cable = tuple[Vector, Vector, arb]
 """r, e, t."""

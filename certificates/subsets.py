@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING
 
 from flint import fmpq
 
+from certificates.vectors import cross, minus
+
 if TYPE_CHECKING:
     from certificates.problem import Problem
 
@@ -33,21 +35,6 @@ class Kind(Enum):
     """All platform points are one other point."""
     DEPENDENT = "dependent"
     """The wrenches are linearly dependent in every pose: by Caratheodory smaller subsets hold all poses."""
-
-
-def cross(a: Exact, b: Exact) -> Exact:
-    """Return a x b."""
-    return [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
-
-
-def dot(a: Exact, b: Exact) -> fmpq:
-    """Return a . b."""
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-
-
-def minus(a: Exact, b: Exact) -> Exact:
-    """Return a - b."""
-    return [x - y for x, y in zip(a, b, strict=True)]
 
 
 def examined(problem: Problem) -> Iterator[tuple[int, ...]]:

@@ -14,8 +14,8 @@ from flint import arb, arb_mat, ctx
 
 from certificates.balls import BITS, all_inside, column, hull, minus
 from certificates.claims import Pose, check_pose, claimed
-from certificates.polynomials import cross, dot
 from certificates.problem import Listed, Problem
+from certificates.vectors import cross, dot
 from certificates.verdicts import NotProved
 
 MOST_PIECES = 5000

@@ -16,6 +16,7 @@ import numpy as np
 from flint import arb, arb_mat, ctx, fmpq
 
 from cdpr_interval.robots.model import Cable, Platform, Robot
+from certificates import newton
 from certificates.balls import BITS, column, minus
 from certificates.families import check_one_point_family
 from certificates.point_mass import System, check_point
@@ -38,6 +39,8 @@ WIDENED_POSE = 2.0**-50
 """The same of a single pose: a zero of the solver may be a tiny ball of the checker."""
 RANGE_SHARE = 0.05
 """The same where lengths are ranges, as a share of the bounds' width."""
+SECOND_ORDER = 16.0
+"""The same of a platform, in squares of the widest bounds of its rotation."""
 STEP_BITS = range(140, 20, -10)
 """Steps 2^-k from the pose towards the deepest point that are tried to get strictly inside all balls."""
 HOPELESS = "no proof of the lowest point passes the checker"
@@ -219,7 +222,8 @@ class Writer:
         load = np.array([float(fraction(x)) for x in question.load])
         t = np.linalg.lstsq(arms, load, rcond=None)[0]
         try:
-            x = System(question, few, fmpq(1)).zero([arb(v) for v in [*start.tolist(), *t.tolist()]])
+            start_at = [arb(v) for v in [*start.tolist(), *t.tolist()]]
+            x = newton.zero(System(question, few, fmpq(1)).equations, start_at).entries()
         except (NotProved, ZeroDivisionError):
             return None
         values = [rational(v) for v in x]
@@ -297,6 +301,8 @@ def widened(solution: Solution, ranges: bool = False) -> Solution:
     """
     family = solution.family
     share, least = RANGE_SHARE if ranges else 0.0, WIDENED if family or ranges else WIDENED_POSE
+    if ranges:
+        least += SECOND_ORDER * float(np.ptp(solution.rotation, axis=-1).max()) ** 2
     names = ("position", "height", "tensions", "distances", "rotation")
     fields: Json = {name: wider(getattr(solution, name), share, least) for name in names}
     if family is not None:

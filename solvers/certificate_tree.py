@@ -11,10 +11,10 @@ import base64
 import math
 import struct
 from collections.abc import Iterable, Sequence
+from fractions import Fraction
 from typing import Any
 
 import numpy as np
-from flint import fmpq
 from numpy.typing import NDArray
 
 from cdpr_interval.kernels.lanes import LANES
@@ -22,14 +22,14 @@ from cdpr_interval.kernels.second_order import ROTATION_ONLY, WHOLE_POSE
 from certificates import guess
 from certificates.balance import unbalanced
 from certificates.cells import Place
+from certificates.forms import value
 from certificates.frames import Setting
 from certificates.geometry import Turned
-from certificates.polynomials import between, centre, number, rational
 from certificates.problem import Listed
 from certificates.problem import Problem as Question
 from certificates.roots import System
 from certificates.searches import Root as Claimed
-from certificates.searches import Search
+from certificates.searches import Search, forms
 from certificates.tree import Cell, Leaf, Node
 from certificates.verdicts import NotProved
 from solvers import platform_pose as pose
@@ -74,7 +74,7 @@ class Recorder:
         self.pose_scratch = form_arrays(WHOLE_POSE, pose.P_WIDTH)
         self.states = np.zeros(LANES, dtype=np.int64)
         self.y, self.place = np.zeros(6), np.zeros((3, 2))
-        self.per_moment = number(self.search.platform.unit) / self.model.size
+        self.unit = 1.0 / float(self.search.platform.per_unit)
 
     def entry(self, whole: bool) -> dict[str, Any]:
         """Return the search as the document has it; where it was not ended its trees are pending."""
@@ -129,7 +129,7 @@ class Recorder:
                 (0.0, 0.0) if k in flat else (m - r, m + r)
                 for k, (m, r) in enumerate(zip([*z[:3].tolist(), *x.tolist()], reach, strict=True))
             ]
-            if system.has_one_zero_at_most([b[0] for b in box], [b[1] for b in box]):
+            if system.has_one_zero_at_most(forms(box)):
                 return box
         return None
 
@@ -174,7 +174,7 @@ class Recorder:
         """Return the node that halves a cell, or gives it up where it is too small for that."""
         longest = self.search.longest(cell)
         lo, hi = cell.bounds[longest]
-        if hi - lo < SMALLEST * (1.0 if longest < 3 else number(self.search.platform.unit)):
+        if hi - lo < SMALLEST * (1.0 if longest < 3 else self.unit):
             return leaf(Node.UNDECIDED), ()
         return bytes([longest]), cell.halves(longest)
 
@@ -192,12 +192,11 @@ class Recorder:
 
     def is_settled(self, chart: int, bounds: Sequence[tuple[float, float]]) -> bool:
         """Return True where a box of (u, x) lies in a root's box."""
-        entries = [(rational(lo), rational(hi)) for lo, hi in bounds]
-        return any(root.holds(chart, entries) for root in self.search.roots)
+        return any(root.holds(chart, bounds) for root in self.search.roots)
 
     def written_y(self) -> list[int]:
         """Return the direction tried last in 32 bits, its moments divided by the format's length."""
-        y = self.y * np.array([1.0] * 3 + [self.per_moment] * 3)
+        y = self.y * np.array([1.0] * 3 + [self.unit / self.model.size] * 3)
         most = float(np.abs(y).max())
         return [round(LARGEST_Y * v / most) if most > 0.0 and math.isfinite(most) else 0 for v in y.tolist()]
 
@@ -205,15 +204,8 @@ class Recorder:
         """Return a cell of (u, x)'s node, and the cells below."""
         if self.is_settled(cell.chart, cell.bounds):
             return leaf(Node.ROOT), ()
-        u, x = (
-            [
-                between(rational(lo), rational(hi), 3 * part + k)
-                for k, (lo, hi) in enumerate(cell.bounds[3 * part : 3 * part + 3])
-            ]
-            for part in (0, 1)
-        )
-        platform = self.search.platform
-        turned = Turned(platform, cell.chart, u)
+        platform, entries = self.search.platform, forms(cell.bounds)
+        turned, x = Turned(self.search.forms, cell.chart, entries[:3]), entries[3:]
         place = Place(turned, x, False)
         if place.no_length():
             return leaf(Node.NO_LENGTH), ()
@@ -245,7 +237,7 @@ class Recorder:
             if found is None:
                 continue
             slack = WIDER * (hi - lo) + ROUNDING * max(abs(lo), abs(hi))
-            new = (max(lo, float_of(found[0]) - slack), min(hi, float_of(found[1]) + slack))
+            new = (max(lo, clipped(found[0]) - slack), min(hi, clipped(found[1]) + slack))
             if not new[0] < new[1]:
                 continue
             if new[1] - new[0] <= USEFUL_CUT * (hi - lo):
@@ -255,14 +247,14 @@ class Recorder:
         return (bytes([Node.CUT, useful]) + b"".join(written), [kept]) if useful else None
 
 
-def float_of(x: fmpq) -> float:
+def clipped(x: Fraction) -> float:
     """Return a double near an exact number, clipped."""
-    return max(-1e300, min(1e300, number(x)))
+    return max(-1e300, min(1e300, float(x)))
 
 
 def likely_direction(turned: Turned, x: Any) -> list[int] | None:
     """Return y in 32 bits with equal positive products with all wrenches, of length 1, at a cell's centre."""
-    rows = [[number(centre(v)) for v in w] for w in turned.wrenches(x)]
+    rows = [[value(v) for v in w] for w in turned.wrenches(x)]
     lengths = [math.sqrt(guess.inner(row, row)) or 1.0 for row in rows]
     unit = [[v / length for v in row] for row, length in zip(rows, lengths, strict=True)]
     found = guess.direction(unit, [1.0] * len(unit))

@@ -376,6 +376,16 @@ def test_a_solver_that_settles_cells_too_early_is_found_out(monkeypatch: pytest.
     assert verdict(tmp_path, document_of(problem, options, result)) is Verdict.NOT_PROVED
 
 
+def test_a_certificate_holds_for_all_lengths_in_their_ranges_and_no_others(tmp_path: Path):
+    document = document_of(*solved("uc2", "7.5+-0.0001,8", "c1,c2"))
+    assert len(document["solutions"]) == 8 and not document["not_certified"]
+    assert verdict(tmp_path, document) is Verdict.PROVED
+    for wider in (["7.4995", "7.5001"], ["7.4999", "7.5005"]):
+        changed = copy.deepcopy(document)
+        changed["lengths_m"][0] = wider
+        assert verdict(tmp_path, changed) is Verdict.NOT_PROVED
+
+
 @pytest.fixture(scope="module")
 def uc3() -> dict[str, Any]:
     """The certificate of the three taut cables of uc3: 14 poses, 30 000 cells."""
