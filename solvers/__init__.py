@@ -10,10 +10,12 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from solvers.forward import forward_kinematics
+    from solvers.given_tensions import pose_from_tensions
     from solvers.ik_result import IkResult
     from solvers.inverse import inverse_kinematics
     from solvers.point_mass_pose import PointMassPose, PoseStatus
     from solvers.point_mass_solver import PointMass
+    from solvers.polynomial import polynomial_report
     from solvers.result import Outcome, Result, Solution, StopReason
     from solvers.tracked_pose import TrackedPose, TrackStatus
     from solvers.tracker import Tracker
@@ -32,6 +34,8 @@ _HOMES = {
     "Tracker": "solvers.tracker",
     "forward_kinematics": "solvers.forward",
     "inverse_kinematics": "solvers.inverse",
+    "polynomial_report": "solvers.polynomial",
+    "pose_from_tensions": "solvers.given_tensions",
 }
 
 __all__ = [
@@ -48,6 +52,8 @@ __all__ = [
     "Tracker",
     "forward_kinematics",
     "inverse_kinematics",
+    "polynomial_report",
+    "pose_from_tensions",
 ]
 
 

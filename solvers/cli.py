@@ -23,6 +23,7 @@ COMMANDS = {
     "fk": "solvers.commands.fk",
     "ik": "solvers.commands.ik",
     "check": "solvers.commands.check",
+    "polynomial": "solvers.commands.polynomial",
     "validate": "solvers.commands.validate",
 }
 """Module of each command; its attribute ``command`` is the click command."""

@@ -190,6 +190,8 @@ class Question:
     external_force: tuple[float, float, float] = (0.0, 0.0, 0.0)
     """N, base axes: the doubles nearest to the exact force."""
     command: str = "fk"
+    tensions_given: tuple[tuple[float, float], ...] | None = None
+    """What is known instead of lengths: (lo, hi) of each cable in N, file order."""
 
 
 @dataclass(frozen=True)

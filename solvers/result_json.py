@@ -58,6 +58,7 @@ def result_to_dict(result: Result) -> Json:
             "method": str(question.method),
             "precision": question.precision,
             "external_force_N": list(question.external_force),
+            **_given(question),
         },
         "outcome": result.outcome.value,
         "stop_reason": result.stop_reason.value,
@@ -90,6 +91,11 @@ def result_to_dict(result: Result) -> Json:
             "threads": result.statistics.threads,
         },
     }
+
+
+def _given(question: Question) -> Json:
+    given = question.tensions_given
+    return {} if given is None else {"tensions_given_N": [list(pair) for pair in given]}
 
 
 def _solution_to_dict(solution: Solution, names: Sequence[str]) -> Json:
@@ -214,7 +220,14 @@ def _question(entry: _Reader, names: Sequence[str]) -> Question:
         precision=entry.number("precision"),
         external_force=(fx, fy, fz),
         command=entry.text("command"),
+        tensions_given=_tensions_given(entry, len(names)),
     )
+
+
+def _tensions_given(entry: _Reader, count: int) -> tuple[tuple[float, float], ...] | None:
+    if not entry.has("tensions_given_N"):
+        return None
+    return tuple((lo, hi) for lo, hi in entry.bounds("tensions_given_N", (count, 2)).tolist())
 
 
 def _solution(entry: _Reader, names: Sequence[str]) -> Solution:

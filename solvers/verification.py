@@ -50,7 +50,8 @@ def _bookkeeping(result: Result) -> Iterator[str]:
         yield "outcome: 'complete' although a subset is incomplete"
     if any(solution_key(a) > solution_key(b) for a, b in pairwise(result.solutions)):
         yield "solutions: not in the order stability, height, taut, position"
-    if not _ordered(result.lengths) or not (result.lengths[:, 0] > 0.0).all():
+    least = 0.0 if result.question.tensions_given is None else -1.0
+    if not _ordered(result.lengths) or not (result.lengths[:, 0] > least).all():
         yield "lengths_m: not all positive ranges"
     if len(result.lengths) != len(result.cables):
         yield f"lengths_m: {len(result.lengths)} ranges for {len(result.cables)} cables"

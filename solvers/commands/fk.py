@@ -18,6 +18,8 @@ if TYPE_CHECKING:
     from solvers.problem import Options, Problem
     from solvers.result import Result
 
+WITHOUT_TENSIONS = ("lengths", "problem", "certificate", "ignore_slack", "ignore_tension_sign")
+"""Options that make no sense where tensions are given."""
 MOST_CABLES = 64
 """Of a robot in a certificate."""
 
@@ -25,6 +27,7 @@ MOST_CABLES = 64
 @click.command("fk", short_help="Every static pose for given cable lengths.")
 @click.argument("robot")
 @click.option("--lengths", metavar="L1,L2,...", help="Cable lengths in m, file order, or c1=L1,c2=L2,...")
+@click.option("--tensions", metavar="T1,T2,...", help="Tensions in N instead of lengths, of a point mass.")
 @click.option("--problem", metavar="FILE", help="Lengths and external force from a cdpr-problem/1 file.")
 @click.option("--taut", metavar="C1,C2,...", help="One subset of taut cables instead of all subsets.")
 @click.option("--ignore-slack", is_flag=True, help="Keep poses whose other cables are not slack.")
@@ -50,6 +53,8 @@ def command(robot: str, **given: Any) -> int:
     is none.
     """
     target = None if given["json_file"] is None else JsonTarget(given["json_file"])
+    if given["tensions"] is not None:
+        return _of_tensions(robot, given, target)
     certificate = None if given["certificate"] is None else JsonTarget(given["certificate"], "--certificate")
     problem, options = _read(robot, given, target, certificate)
     with interruptible() as finish:
@@ -65,6 +70,30 @@ def command(robot: str, **given: Any) -> int:
             certificate.write_bytes(_certificate(problem, options, result))
     if given["verbose"]:
         _log(result)
+    return _exit_code(result)
+
+
+def _of_tensions(source: str, given: dict[str, Any], target: JsonTarget | None) -> int:
+    """Find the pose for given tensions: a convex problem, without search, budgets and certificate."""
+    from cdpr_interval.robots.reader import load_robot
+    from solvers.given_tensions import solve_tensions, tension_problem
+
+    errors = InputErrors()
+    robot = errors.read(load_robot, source)
+    for name in WITHOUT_TENSIONS:
+        if given[name] not in (None, False):
+            errors.add(f"{_option_name(name)}: not together with --tensions")
+    if target is not None:
+        errors.read(target.require_writable)
+    question = (
+        None if robot is None else errors.read(tension_problem, robot, given["tensions"], given["taut"])
+    )
+    errors.require_none()
+    assert question is not None
+    result = solve_tensions(question)
+    if target is not None:
+        target.write(result.to_json())
+    _show(result, table=not given["quiet"] and (target is None or not target.is_stdout))
     return _exit_code(result)
 
 

@@ -1,0 +1,65 @@
+"""``cdpr-solve polynomial``: the eliminant of some taut cables, its roots, a cross-check with `fk`."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import click
+
+from solvers.json_target import JsonTarget
+
+
+@click.command("polynomial", short_help="The exact polynomials of a subset of taut cables, compared with fk.")
+@click.argument("robot")
+@click.option("--lengths", metavar="L1,L2,...", help="Cable lengths in m, file order, or c1=L1,c2=L2,...")
+@click.option("--tensions", metavar="T1,T2,...", help="Tensions in N of the taut cables, file order.")
+@click.option("--taut", metavar="C1,C2,...", help="The taut cables.  [default: all]")
+@click.option(
+    "--given",
+    type=click.Choice(["lengths", "tensions"]),
+    help="What is known.  [default: what is given]",
+)
+@click.option("--latex", "latex_file", metavar="FILE", help="Write the derivation as a LaTeX document.")
+@click.option("--json", "json_file", metavar="FILE", help="Write the report as JSON; - is standard output.")
+@click.option("-q", "--quiet", is_flag=True, help="No report; the exit code says whether fk agrees.")
+def command(robot: str, **given: Any) -> int:
+    """Derive the polynomial system of ROBOT's taut cables and its eliminant, exactly.
+
+    Prints degrees, factors (true or extraneous, and how that was decided), real solutions and
+    whether `fk` finds the same static poses. Point masses: elastic cables 1 to 4, inextensible ones 1 to 3,
+    given tensions 1 to 4; platforms: two cables. Exit code 0: fk agrees; 3: not decided; 5: it does not.
+    """
+    from cdpr_interval.errors import InputError
+    from cdpr_interval.robots.reader import load_robot
+    from solvers.cli import ExitCode
+    from solvers.input_errors import InputErrors
+    from solvers.json_text import dumps
+    from solvers.polynomial import polynomial_report
+
+    errors = InputErrors()
+    targets = [None if given[name] is None else JsonTarget(given[name], option) for name, option in OUTPUTS]
+    model = errors.read(load_robot, robot)
+    if given["given"] is not None and given[given["given"]] is None:
+        errors.add(f"--{given['given']}: missing, --given {given['given']} needs it")
+    for target in targets:
+        if target is not None:
+            errors.read(target.require_writable)
+    errors.require_none()
+    assert model is not None
+    if given["lengths"] is None and given["tensions"] is None:
+        raise InputError("--lengths: missing (or --tensions)")
+    if given["lengths"] is not None and given["tensions"] is not None:
+        raise InputError("--lengths: not together with --tensions")
+    report = polynomial_report(model, given["lengths"], tensions=given["tensions"], taut=given["taut"])
+    as_json, as_latex = targets
+    if as_latex is not None:
+        as_latex.write(report.latex())
+    if as_json is not None:
+        as_json.write(dumps(report.to_dict()))
+    if not given["quiet"] and not (as_json is not None and as_json.is_stdout):
+        click.echo("\n".join(report.lines()))
+    agrees = report.comparison.agrees
+    return ExitCode.INCOMPLETE if agrees is None else ExitCode.COMPLETE if agrees else ExitCode.NOT_PROVED
+
+
+OUTPUTS = (("json_file", "--json"), ("latex_file", "--latex"))
