@@ -259,6 +259,9 @@ def describe(report: Report, statics: Statics, problem: Problem | TensionProblem
         raise NotSupportedError(f"no eliminant: {error}") from None
     report.degrees += degrees(found)
     report.factors += [(f.degree, f.is_true, f.reason, f.polynomial) for f in found.factors]
+    for multiplicity, degree in sorted(found.refuted.items()):
+        reason = f"(times {multiplicity}) not in a second eliminant, modulo {found.prime}"
+        report.factors.append((degree, False, reason, None))
     with balls.precision():
         for root, zeros in found.real_solutions:
             for zero in zeros:
@@ -286,8 +289,6 @@ def degrees(found: Eliminant) -> list[str]:
         total = sum(m * degree for m, degree in found.multiplicities.items())
         parts = ", ".join(f"{d} (times {m})" for m, d in sorted(found.multiplicities.items()))
         lines.append(f"Res(P1, P2; rho_2): {total} in rho_1; degrees of its factors: {parts}")
-        parts = ", ".join(f"{d} (times {m})" for m, d in sorted(found.common.items()))
-        lines.append(f"in common with a second eliminant: {parts}")
     return [*lines, f"true degree over Q: {found.true_degree}"]
 
 

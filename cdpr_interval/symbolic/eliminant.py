@@ -50,8 +50,8 @@ class Eliminant:
     curves: list[Curve]
     multiplicities: dict[int, int]
     """Degree of the product of G's factors of each multiplicity."""
-    common: dict[int, int]
-    """The same of what G and H have in common."""
+    refuted: dict[int, int]
+    """The same of the factors of G that H does not have: they are extraneous."""
     factors: list[Factor]
 
     @property
@@ -81,15 +81,14 @@ def eliminant(statics: Statics) -> Eliminant:
     if statics.count == 1:
         found = single(statics)
         curves: list[Curve] = []
-        sizes = common = multiplicities(nmod_poly([int(c) % prime for c in found.coeffs()], prime))
+        whole = both = nmod_poly([int(c) % prime for c in found.coeffs()], prime)
     else:
-        curves = survey(statics, prime)
-        both = shared(statics, prime)
-        sizes, common = multiplicities(resultant(statics, curves[:2], prime)), multiplicities(both(prime))
-        found = reconstructed(lambda p: squarefree(both(p)))
+        curves, common = survey(statics, prime), shared(statics, prime)
+        whole, both = resultant(statics, curves[:2], prime), common(prime)
+        found = reconstructed(lambda p: squarefree(common(p)))
     factors = [judged(statics, curves, f) for f, _ in found.factor()[1] if f.degree() > 0]
     factors.sort(key=lambda factor: (not factor.is_true, -factor.degree))
-    return Eliminant(statics, prime, curves, sizes, common, factors)
+    return Eliminant(statics, prime, curves, multiplicities(whole), refuted(whole, both), factors)
 
 
 def require_independent(statics: Statics) -> None:
@@ -129,6 +128,16 @@ def multiplicities(f: nmod_poly) -> dict[int, int]:
     found: dict[int, int] = {}
     for factor, multiplicity in f.factor_squarefree()[1]:
         found[multiplicity] = found.get(multiplicity, 0) + int(factor.degree())
+    return found
+
+
+def refuted(whole: nmod_poly, common: nmod_poly) -> dict[int, int]:
+    """Return the degrees, by multiplicity, of the factors that are not in a common factor."""
+    found: dict[int, int] = {}
+    for factor, multiplicity in whole.factor_squarefree()[1]:
+        degree = int(factor.degree() - factor.gcd(common).degree())
+        if degree:
+            found[multiplicity] = found.get(multiplicity, 0) + degree
     return found
 
 

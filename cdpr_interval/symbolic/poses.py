@@ -20,6 +20,8 @@ WIDTH = arb(2) ** -200
 """Relative radius of the box in which a zero is proved."""
 TIGHT = arb(2) ** -240
 """Width to which roots are refined."""
+PARTING = arb(2) ** -400
+"""Relative change of coefficients that parts multiple roots: double ones by 2^-200, triple ones by 2^-133."""
 STEPS = 8
 """Newton steps; each doubles some twenty digits at least."""
 
@@ -101,11 +103,17 @@ def along(numbers: Numbers, curve: Curve, r1: acb) -> list[acb]:
 
 
 def simple_roots(coefficients: Sequence[acb]) -> list[acb]:
-    """Return the roots of a polynomial near one with these coefficients; none where it has multiple roots."""
-    try:
-        return list(acb_poly([acb(c.real.mid(), c.imag.mid()) for c in coefficients]).roots(TIGHT))
-    except ValueError:
-        return []
+    """Return numbers near the roots of a polynomial near one with these coefficients.
+
+    Multiple roots cannot be isolated: there the coefficients are moved a little, which parts them.
+    """
+    middles = [acb(c.real.mid(), c.imag.mid()) for c in coefficients]
+    for noise in (arb(0), PARTING):
+        try:
+            return list(acb_poly([c + c * noise / (k + 1) for k, c in enumerate(middles)]).roots(TIGHT))
+        except ValueError:
+            continue
+    return []
 
 
 def is_zero(coefficients: Sequence[acb], x: acb) -> bool:
