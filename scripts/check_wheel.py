@@ -16,7 +16,7 @@ def expected_files() -> set[str]:
     """Return every file of the packages that must ship: code, markers, robots, schemas."""
     files: set[str] = set()
     for package in PACKAGES:
-        for pattern in ("*.py", "py.typed", "*.yaml", "*.json"):
+        for pattern in ("*.py", "py.typed", "*.yaml", "*.json", "*.eds"):
             files |= {path.relative_to(ROOT).as_posix() for path in (ROOT / package).rglob(pattern)}
     return files
 

@@ -25,6 +25,7 @@ COMMANDS = {
     "check": "solvers.commands.check",
     "polynomial": "solvers.commands.polynomial",
     "validate": "solvers.commands.validate",
+    "winch": "solvers.commands.winch",
 }
 """Module of each command; its attribute ``command`` is the click command."""
 VERBOSE = ("-v", "--verbose")

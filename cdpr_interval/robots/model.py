@@ -6,6 +6,8 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import cached_property
 
+from cdpr_interval.robots.winch import Winch, WinchGroupSettings
+
 Vector = tuple[Fraction, Fraction, Fraction]
 
 
@@ -36,6 +38,8 @@ class Cable:
     elasticity: Elasticity | None = None
     tension_limits: tuple[Fraction, Fraction] | None = None
     """In N; reported against, never a filter."""
+    winch: Winch | None = None
+    """What moves the cable; its tolerances are no uncertain scalars of the robot."""
 
 
 @dataclass(frozen=True)
@@ -72,6 +76,7 @@ class Robot:
     sha256: str = ""
     """Hex digest of the file's bytes."""
     uncertain: tuple[Uncertain, ...] = field(default=())
+    winches: WinchGroupSettings = field(default_factory=WinchGroupSettings)
 
     @cached_property
     def cable_names(self) -> tuple[str, ...]:

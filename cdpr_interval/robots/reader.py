@@ -15,8 +15,10 @@ from pydantic_core import ErrorDetails
 from cdpr_interval.errors import InputError
 from cdpr_interval.robots import schema
 from cdpr_interval.robots.document import Document, Node, child, parse_document, read_document
+from cdpr_interval.robots.fields import bounds, is_free, kind
 from cdpr_interval.robots.literal import printable, quote
 from cdpr_interval.robots.model import Cable, Elasticity, Platform, Robot, Uncertain, Vector
+from cdpr_interval.robots.winch_reader import settings, winch
 
 _SUFFIXES = (".yaml", ".yml", ".json")
 
@@ -99,6 +101,7 @@ def _robot(document: Document) -> Robot:
         document.report(stated, "format", f"must be {quote(schema.ROBOT_FORMAT)}, got {stated.kind}")
         document.require_valid()
     _check_names(document)
+    _check_winches(document)
     try:
         block = schema.RobotBlock.model_validate(_plain(root))
     except ValidationError as error:
@@ -114,7 +117,7 @@ def _robot(document: Document) -> Robot:
 def _plain(node: Node) -> Any:
     """Return mappings and lists as such, without the user's own keys; scalars as nodes."""
     if node.is_mapping:
-        return {key: _plain(value) for key, value in node.mapping.items() if not schema.is_free(key)}
+        return {key: _plain(value) for key, value in node.mapping.items() if not is_free(key)}
     if node.is_list:
         return [_plain(entry) for entry in node.items]
     return node
@@ -134,11 +137,31 @@ def _check_names(document: Document) -> None:
             document.report(name, path, f"{quote(name.value)} is the name of cables[{other}] already")
 
 
+def _check_winches(document: Document) -> None:
+    """Report cables without a winch beside cables with one, and two winches of one node."""
+    cables = document.root.mapping.get("cables")
+    entries = cables.items if cables else []
+    first: dict[object, int] = {}
+    for index, cable in enumerate(entries):
+        given = cable.mapping.get("winch")
+        path = child(child("cables", index), "winch")
+        if given is None:
+            if cable.is_mapping and any("winch" in other.mapping for other in entries):
+                document.report(cable, path, "missing: either every cable has a winch or none has")
+            continue
+        node = given.mapping.get("node")
+        if node is None or isinstance(node.value, dict | list | None):
+            continue
+        other = first.setdefault(node.value, index)
+        if other != index:
+            document.report(node, f"{path}.node", f"{node.literal} is the node of cables[{other}] already")
+
+
 def _report(document: Document, detail: ErrorDetails) -> None:
     """Add one error of pydantic to the document, at its place in the file."""
     rule, loc, node, path = detail["type"], detail["loc"], document.root, ""
     for step in loc:
-        if step in schema.SHAPES:
+        if step in schema.TAGS:
             continue
         path = child(path, step)
         node = node.items[step] if isinstance(step, int) else node.mapping.get(step, node)
@@ -151,7 +174,7 @@ def _report(document: Document, detail: ErrorDetails) -> None:
         document.report(node, path, "must hold at least one cable")
     elif rule in ("model_type", "list_type"):
         wanted = "a list" if rule == "list_type" else "a mapping"
-        document.report(node, path, f"must be {wanted}, got {schema.kind(detail['input'])}")
+        document.report(node, path, f"must be {wanted}, got {kind(detail['input'])}")
     else:
         document.report(node, path, str(detail["ctx"]["error"]))
 
@@ -168,6 +191,8 @@ class _Builder:
         given: dict[str, Any] = {}
         if block.gravity_m_s2 is not None:
             given["gravity"] = self._vector(block.gravity_m_s2, "gravity_m_s2")
+        if block.winches is not None:
+            given["winches"] = settings(block.winches)
         platform = self._platform(block.platform)
         cables = tuple(self._cable(cable, child("cables", i)) for i, cable in enumerate(block.cables))
         return Robot(
@@ -193,6 +218,7 @@ class _Builder:
             self._vector(block.platform_anchor_m, f"{path}.platform_anchor_m"),
             None if block.elasticity is None else self._elasticity(block.elasticity, f"{path}.elasticity"),
             block.tension_limits_N,
+            None if block.winch is None else winch(block.winch),
         )
 
     def _elasticity(self, block: schema.ElasticityBlock, path: str) -> Elasticity:
@@ -207,7 +233,7 @@ class _Builder:
 
     def _scalar(self, quantity: Any, path: str) -> Fraction:
         """Return the number, or the midpoint of a range after noting it as uncertain."""
-        lo, hi = schema.bounds(quantity)
+        lo, hi = bounds(quantity)
         if lo != hi:
             self._uncertain.append(Uncertain(path, lo, hi))
         return (lo + hi) / 2

@@ -12,7 +12,7 @@ import pytest
 
 ROOT = Path(__file__).parents[2]
 PAGES = sorted([*ROOT.glob("*.md"), *(ROOT / "docs").glob("*.md")])
-EXAMPLES = [ROOT / "README.md", ROOT / "docs" / "adding-a-robot.md"]
+EXAMPLES = [ROOT / "README.md", *(ROOT / "docs" / page for page in ("adding-a-robot.md", "winches.md"))]
 PACKAGES = ("cdpr_interval", "solvers", "certificates")
 
 

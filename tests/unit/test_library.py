@@ -12,6 +12,7 @@ CABLES = {
     "acrobot": 8,
     "cogiro": 8,
     "fast": 6,
+    "four_winches": 4,
     "merlet_4_1": 4,
     "merlet_4_1_k100": 4,
     "merlet_4_1_k1000": 4,
@@ -34,7 +35,7 @@ def test_every_robot_loads_and_names_its_source(name: str):
     assert robot.source
     assert len(robot.cables) == CABLES[name]
     assert robot.uncertain == ()
-    assert robot.is_point_mass == name.startswith("merlet")
+    assert robot.is_point_mass == name.startswith(("merlet", "four"))
 
 
 def test_merlet_2012_equation_2():

@@ -1,0 +1,447 @@
+"""``cdpr-solve winch``: winches moved by a person: status, where, move, jog, home, marks, stop, simulate."""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeVar
+
+import click
+
+from solvers.commands.numbers import read_float
+
+if TYPE_CHECKING:
+    from cdpr_interval.driver.group import WinchGroup
+    from cdpr_interval.driver.snapshot import Snapshot
+    from cdpr_interval.robots.model import Robot
+    from solvers.pose import Pose
+    from solvers.winch_path import Path as CablePath
+    from solvers.winch_where import Whereabouts
+
+Function = TypeVar("Function", bound=Callable[..., Any])
+
+DEFAULT_TOLERANCE = "0.002"
+"""m: of home lengths."""
+SHORTEST_REPORT = 1.0
+"""s between two lines of the simulator."""
+
+
+def _options(*names: str) -> Callable[[Function], Function]:
+    """Return a decorator with options that several commands have."""
+    known: dict[str, Callable[[Function], Function]] = {
+        "bus": click.option("--bus", metavar="INTERFACE:CHANNEL", help="Real drives, e.g. socketcan:can0."),
+        "state": click.option(
+            "--state", metavar="FILE", help="What is known of the cables between commands."
+        ),
+        "from": click.option(
+            "--from", "start", metavar="X,Y,Z[,R,P,Y]", help="Dry run: where the platform is."
+        ),
+        "json": click.option("--json", "as_json", is_flag=True, help="Print JSON instead of text."),
+        "log": click.option("--log", metavar="FILE", help="Audit log; lines are added."),
+        "live": click.option("--live", is_flag=True, help="Move real drives; without it: a dry run."),
+        "arm": click.option("--arm", metavar="NAME", help="With --live: the name of the robot, typed."),
+    }
+
+    def decorate(function: Function) -> Function:
+        for name in reversed(names):
+            function = known[name](function)
+        return function
+
+    return decorate
+
+
+class Winches(click.Group):
+    """Subcommands whose refusals are one line and exit code 3."""
+
+    def invoke(self, ctx: click.Context) -> Any:
+        """Run a subcommand."""
+        from cdpr_interval.errors import CdprError, InputError, NotSupportedError
+        from solvers.cli import ExitCode
+
+        try:
+            return super().invoke(ctx)
+        except (InputError, NotSupportedError):
+            raise
+        except CdprError as error:
+            click.echo(str(error), err=True)
+            return ExitCode.INCOMPLETE
+
+
+@click.group("winch", cls=Winches, short_help="Move winches, read lengths back, say where the platform is.")
+def command() -> None:
+    """Move the winches of a robot as one, and say where the platform is.
+
+    Nothing moves without --live: every command without it runs on simulated drives. Software is not the
+    emergency stop: a hardware one must be within reach. Exit code 3: refused, or stopped by an interlock.
+    """
+
+
+@command.command("status")
+@click.argument("robot")
+@_options("bus", "state", "from", "json")
+def status(robot: str, **given: Any) -> int:
+    """Show drives, readings and what is known of the lengths; nothing moves."""
+    model = _robot(robot)
+    with _winches(model, given) as group:
+        group.pass_cycles(2)
+        _print_status(group.snapshot, given["as_json"])
+    return 0
+
+
+@command.command("where")
+@click.argument("robot")
+@_options("bus", "state", "from", "json")
+def where(robot: str, **given: Any) -> int:
+    """Print the certified poses for the lengths the winches measure."""
+    from solvers.cli import ExitCode
+    from solvers.winch_where import whereabouts
+
+    model = _robot(robot)
+    _, ranges = _measured(model, given)
+    found = whereabouts(model, ranges)
+    _print_where(model, ranges, found, given["as_json"])
+    return ExitCode.COMPLETE if found.is_complete else ExitCode.INCOMPLETE
+
+
+@command.command("move")
+@click.argument("robot")
+@click.option("--pose", required=True, metavar="X,Y,Z[,R,P,Y]", help="Goal; angles in rad or as 30deg.")
+@click.option("--quaternion", metavar="W,X,Y,Z", help="Orientation of the goal, scalar first.")
+@click.option("--settle", is_flag=True, help="Go to the nearest static pose of the taut cables.")
+@click.option("--time", "seconds", metavar="S", help="Duration.  [default: the shortest the limits allow]")
+@_options("live", "arm", "bus", "state", "from", "log")
+def move(robot: str, **given: Any) -> int:
+    """Plan a path to a pose, prove every step of it, and run it: on simulated drives, or with --live."""
+    from solvers.winch_path import plan
+    from solvers.winch_session import winches_of
+    from solvers.winch_where import whereabouts
+
+    model = _robot(robot)
+    goal = _pose(given["pose"], given["quaternion"])
+    seconds = None if given["seconds"] is None else read_float(given["seconds"], "--time")
+    live = _armed(model, given)
+    limits = [winch.limits for winch in winches_of(model)]
+    held, ranges = _measured(model, given, live)
+    # Planning takes all of the processor: the cycle must not run meanwhile.
+    path = plan(model, limits, held, ranges, goal, seconds, given["settle"])
+    _print_path(model, path)
+    with _winches(model, given, live) as group:
+        group.pass_cycles(2)
+        _require_unmoved(group, ranges)
+        group.enable()
+        group.follow(path.points)
+        ranges = group.length_ranges()
+    _print_where(model, ranges, whereabouts(model, ranges), as_json=False)
+    _say_dry(live)
+    return 0
+
+
+@command.command("jog")
+@click.argument("robot")
+@click.option("--cable", required=True, metavar="NAME", help="The winch to move.")
+@click.option("--by", "way", required=True, metavar="M", help="m; positive pays out.")
+@_options("live", "arm", "bus", "state", "from", "log")
+def jog(robot: str, **given: Any) -> int:
+    """Move one winch slowly, at most 0.1 m; the only motion that needs no reference."""
+    model = _robot(robot)
+    way = read_float(given["way"], "--by")
+    live = _armed(model, given)
+    with _winches(model, given, live) as group:
+        group.enable()
+        group.jog(given["cable"], way)
+        _print_status(group.snapshot, as_json=False)
+        _say_dry(live)
+    return 0
+
+
+@command.command("home")
+@click.argument("robot")
+@click.option("--pose", metavar="X,Y,Z[,R,P,Y]", help="Where the platform hangs now.")
+@click.option("--lengths", metavar="L1,L2,...", help="Measured lengths in m, ranges allowed.")
+@click.option(
+    "--tolerance", default=DEFAULT_TOLERANCE, show_default=True, metavar="M", help="Of exact lengths."
+)
+@_options("bus", "state", "log")
+def home(robot: str, **given: Any) -> int:
+    """Say how long the cables are now; nothing moves. The drives keep readings, --state their meaning."""
+    from cdpr_interval.errors import InputError
+
+    model = _robot(robot)
+    if given["state"] is None or given["bus"] is None:
+        raise InputError("home: needs --bus and --state FILE, where the references are kept")
+    lengths = _home_lengths(model, given)
+    with _winches(model, given) as group:
+        group.pass_cycles(2)
+        group.home(lengths)
+        _print_status(group.snapshot, as_json=False)
+    return 0
+
+
+@command.command("marks")
+@click.argument("robot")
+@_options("state", "log", "json")
+def marks(robot: str, **given: Any) -> int:
+    """Show the marks of every cable, and what the log says they told about length and drum."""
+    model = _robot(robot)
+    events = [] if given["log"] is None else _mark_events(Path(given["log"]))
+    rows = _mark_rows(model)
+    if given["as_json"]:
+        click.echo(json.dumps({"marks": rows, "events": events}))
+        return 0
+    for row in rows:
+        low, high = row["length_m"]
+        click.echo(f"{row['cable']}  {row['mark']}  seen at a length of {low:.4f} to {high:.4f} m")
+    for event in events:
+        turn = event["metres_per_turn"]
+        drum = "" if turn is None else f", {turn[0]:.5f} to {turn[1]:.5f} m a turn"
+        result = (
+            f"corrected by {event['correction_m']:+.5f} m{drum}" if event["accepted"] else event["reason"]
+        )
+        click.echo(f"{event['time_s']:.3f} s  {event['cable']}  {event['mark'] or 'unknown mark'}  {result}")
+    return 0
+
+
+@command.command("stop")
+@click.argument("robot")
+@click.option("--bus", required=True, metavar="INTERFACE:CHANNEL", help="Where the drives are.")
+def stop(robot: str, bus: str) -> int:
+    """Stop all winches, also those that another program moves. It is not the emergency stop."""
+    from cdpr_interval.driver.canopen_bus import stop_from_outside
+    from solvers.winch_session import read_bus, winches_of
+
+    model = _robot(robot)
+    winches_of(model)
+    address = read_bus(bus)
+    stop_from_outside(model, address.interface, address.channel)
+    click.echo("stop was sent to every drive")
+    return 0
+
+
+@command.command("simulate")
+@click.argument("robot")
+@click.option("--pose", required=True, metavar="X,Y,Z[,R,P,Y]", help="Where the platform hangs at the start.")
+@click.option(
+    "--bus", required=True, metavar="INTERFACE:CHANNEL", help="For example udp_multicast:239.74.163.2."
+)
+@click.option("--for", "seconds", metavar="S", help="End after so many seconds.  [default: at Ctrl-C]")
+@click.option(
+    "--share", default="0.5", show_default=True, metavar="X", help="True drums in their tolerances, 0 to 1."
+)
+@_options("json")
+def simulate(robot: str, **given: Any) -> int:
+    """Run simulated drives on a bus, for other commands; prints the true lengths and pose at the end."""
+    import time
+    from fractions import Fraction
+
+    from cdpr_interval.driver.canopen_drive import SimulatedNetwork
+    from cdpr_interval.driver.simulated_drive import SimulatedDrive
+    from cdpr_interval.errors import InputError
+    from solvers.winch_session import lengths_at, read_bus, winches_of
+
+    model = _robot(robot)
+    address = read_bus(given["bus"])
+    share = read_float(given["share"], "--share")
+    if not 0.0 <= share <= 1.0:
+        raise InputError(f"--share: must be 0 to 1, got {share!r}")
+    end = None if given["seconds"] is None else read_float(given["seconds"], "--for")
+    starts = lengths_at(model, _pose(given["pose"]))
+    drives = [
+        SimulatedDrive(winch, length, Fraction(share))
+        for winch, length in zip(winches_of(model), starts, strict=True)
+    ]
+    with SimulatedNetwork(drives, address.interface, address.channel):
+        click.echo(f"{len(drives)} simulated drives on {given['bus']}; end with Ctrl-C", err=True)
+        begun = time.monotonic()
+        try:
+            while end is None or time.monotonic() - begun < end:
+                time.sleep(0.05)
+        except KeyboardInterrupt:
+            click.echo("", err=True)
+    _print_truth(model, [float(drive.true_length) for drive in drives], given["as_json"])
+    return 0
+
+
+# What the commands share.
+
+
+def _robot(source: str) -> Robot:
+    from cdpr_interval.robots.reader import load_robot
+    from solvers.winch_session import winches_of
+
+    robot = load_robot(source)
+    winches_of(robot)
+    return robot
+
+
+def _pose(text: str, quaternion: str | None = None) -> Pose:
+    from solvers.pose import read_pose
+
+    return read_pose(text, quaternion)
+
+
+def _armed(robot: Robot, given: dict[str, Any]) -> bool:
+    """Return whether real drives may move; `InputError` when that is asked for but not armed."""
+    from cdpr_interval.errors import InputError
+
+    if not given["live"]:
+        if given["bus"] is not None:
+            raise InputError("--bus: only with --live, which moves real drives")
+        return False
+    if given["bus"] is None:
+        raise InputError("--live: needs --bus")
+    if given["start"] is not None:
+        raise InputError("--from: only for a dry run")
+    if not robot.winches.armed and given["arm"] != robot.name:
+        raise InputError(f"--live: type the robot's name: --arm {robot.name}")
+    return True
+
+
+def _winches(robot: Robot, given: dict[str, Any], live: bool | None = None) -> Any:
+    from solvers.winch_session import lengths_at, read_bus, winches
+
+    bus = given.get("bus")
+    address = read_bus(bus) if bus is not None and live is not False else None
+    start = given.get("start")
+    lengths = None if start is None else lengths_at(robot, _pose(start))
+    state, log = given.get("state"), given.get("log")
+    return winches(
+        robot, address, None if state is None else Path(state), lengths, None if log is None else Path(log)
+    )
+
+
+def _measured(
+    robot: Robot, given: dict[str, Any], live: bool | None = None
+) -> tuple[list[float], list[tuple[float, float]]]:
+    """Return the most likely lengths in m, and their bounds."""
+    with _winches(robot, given, live) as group:
+        group.pass_cycles(2)
+        ranges = group.length_ranges()
+        return [float(c.length) for c in group.snapshot.cables if c.length is not None], ranges
+
+
+def _require_unmoved(group: WinchGroup, before: list[tuple[float, float]]) -> None:
+    """Raise `Refused` when the lengths are not those for which the path was proved."""
+    from cdpr_interval.driver.requests import Refused
+
+    for cable, (lo, hi) in zip(group.snapshot.cables, before, strict=True):
+        if cable.length is None or not lo <= cable.length <= hi:
+            raise Refused(f"{cable.name} has moved since the path was planned")
+
+
+def _home_lengths(robot: Robot, given: dict[str, Any]) -> list[Any]:
+    from fractions import Fraction
+
+    from cdpr_interval.errors import InputError
+    from cdpr_interval.robots.winch import Range
+    from solvers.lengths import read_lengths
+    from solvers.winch_session import lengths_at
+
+    if (given["pose"] is None) == (given["lengths"] is None):
+        raise InputError("home: needs either --pose or --lengths")
+    tolerance = Fraction(read_float(given["tolerance"], "--tolerance"))
+    if given["pose"] is not None:
+        return [Range(x - tolerance, x + tolerance) for x in lengths_at(robot, _pose(given["pose"]))]
+    ranges = read_lengths(given["lengths"], robot.cable_names, "--lengths")
+    return [Range(lo - tolerance, hi + tolerance) if lo == hi else Range(lo, hi) for lo, hi in ranges]
+
+
+def _outward(lo: float, hi: float, decimals: int = 6) -> tuple[str, str]:
+    """Return bounds as decimals that still enclose."""
+    from decimal import ROUND_CEILING, ROUND_FLOOR, Decimal
+
+    step = Decimal(1).scaleb(-decimals)
+    return str(Decimal(lo).quantize(step, ROUND_FLOOR)), str(Decimal(hi).quantize(step, ROUND_CEILING))
+
+
+def _print_status(snapshot: Snapshot, as_json: bool) -> None:
+    if as_json:
+        ranges = [cable.length_range() for cable in snapshot.cables]
+        root = snapshot.to_json()
+        for cable, bounds in zip(root["cables"], ranges, strict=True):
+            cable["length_range_m"] = None if bounds is None else list(bounds)
+        click.echo(json.dumps(root))
+        return
+    click.echo(f"winches {snapshot.state.value}")
+    for cause in snapshot.causes:
+        click.echo(f"  {cause}")
+    for cable in snapshot.cables:
+        bounds = cable.length_range()
+        text = "length unknown" if bounds is None else f"{' to '.join(_outward(*bounds))} m"
+        source = "" if cable.reference is None else f", since {cable.reference.source}"
+        drive = "silent" if cable.drive is None else cable.drive.value
+        click.echo(f"  {cable.name}  {drive}  {cable.counts} counts  {cable.state.value}{source}  {text}")
+
+
+def _print_where(robot: Robot, ranges: list[tuple[float, float]], found: Whereabouts, as_json: bool) -> None:
+    names = robot.cable_names
+    if as_json:
+        poses = [pose.to_json(names) for pose in found.poses]
+        lengths = [list(bounds) for bounds in ranges]
+        click.echo(json.dumps({"lengths_m": lengths, "message": found.message, "poses": poses}))
+        return
+    for name, (lo, hi) in zip(names, ranges, strict=True):
+        click.echo(f"{name}  {' to '.join(_outward(lo, hi))} m")
+    click.echo(found.message)
+    for pose in found.poses:
+        place = ", ".join(f"[{', '.join(_outward(lo, hi))}]" for lo, hi in pose.position.tolist())
+        taut = ",".join(names[i] for i in pose.taut)
+        click.echo(f"position ({place}) m, {taut} taut, {pose.stability.value}")
+        if not robot.is_point_mass:
+            quaternion = ", ".join(f"{x:.6f}" for x in pose.quaternion)
+            click.echo(f"  orientation near ({quaternion})")
+
+
+def _print_path(robot: Robot, path: CablePath) -> None:
+    click.echo(f"path of {path.times[-1]:.2f} s proved in {path.pieces} pieces, taut all along: "
+               + ",".join(robot.cable_names[i] for i in path.taut))  # fmt: skip
+    click.echo("cable  goal m      margin m  peak m/s  peak m/s2  tension N")
+    for i, name in enumerate(robot.cable_names):
+        lo, hi = _outward(*path.tensions[i].tolist(), decimals=2)
+        row = f"{path.lengths[-1, i]:<10.6f}  {path.margins[i]:<8.4f}  {path.speeds[i]:<8.4f}"
+        click.echo(f"{name:<5}  {row}  {path.accelerations[i]:<9.4f}  {lo} to {hi}")
+
+
+def _say_dry(live: bool) -> None:
+    if not live:
+        click.echo("dry run on simulated drives: nothing was moved", err=True)
+
+
+def _print_truth(robot: Robot, lengths: list[float], as_json: bool) -> None:
+    from solvers.winch_where import whereabouts
+
+    found = whereabouts(robot, [(length, length) for length in lengths])
+    if as_json:
+        points = [list(pose.point) for pose in found.poses]
+        click.echo(json.dumps({"true_lengths_m": lengths, "true_positions_m": points}))
+        return
+    click.echo("true lengths " + ", ".join(f"{length:.6f}" for length in lengths) + " m")
+    for pose in found.poses:
+        click.echo("true position (" + ", ".join(f"{x:.6f}" for x in pose.point) + ") m")
+    sys.stdout.flush()
+
+
+def _mark_rows(robot: Robot) -> list[dict[str, Any]]:
+    from cdpr_interval.driver.marks import length_at
+
+    rows = []
+    for cable in robot.cables:
+        sensor = None if cable.winch is None else cable.winch.sensor
+        for mark in () if sensor is None else sensor.marks:
+            assert sensor is not None and cable.winch is not None
+            seen = length_at(sensor, mark, 0, cable.winch.limits.velocity)
+            rows.append(
+                {"cable": cable.name, "mark": mark.name, "length_m": [float(seen.lo), float(seen.hi)]}
+            )
+    return rows
+
+
+def _mark_events(path: Path) -> list[dict[str, Any]]:
+    from cdpr_interval.errors import InputError
+
+    try:
+        lines = [json.loads(line) for line in path.read_text(encoding="utf-8").splitlines()]
+        return [line for line in lines if line["event"] == "mark"]
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        raise InputError(f"--log: {path}: {error}") from None

@@ -1,0 +1,188 @@
+"""``cdpr-solve winch`` as a user calls it: dry runs, and simulated drives on a virtual bus."""
+
+from __future__ import annotations
+
+import json
+import threading
+import time
+from fractions import Fraction as F
+
+import pytest
+from click.testing import CliRunner
+
+from cdpr_interval import load_robot
+from cdpr_interval.driver.canopen_drive import SimulatedNetwork
+from cdpr_interval.driver.simulated_drive import SimulatedDrive
+from solvers import forward_kinematics
+from solvers.cli import cli
+from solvers.pose import read_pose
+from solvers.winch_session import lengths_at
+
+SLOW = {"cycle_s": "0.05", "heartbeat_s": "0.25", "lookahead_s": "0.5"}
+"""For real time on a busy machine."""
+
+
+@pytest.fixture
+def run():
+    def call(*arguments):
+        done = CliRunner().invoke(cli, ["winch", *map(str, arguments)])
+        if done.exception is not None and not isinstance(done.exception, SystemExit):
+            raise done.exception
+        return done
+
+    return call
+
+
+@pytest.fixture
+def robot_file(tmp_path):
+    """Write the shipped robot with a slower cycle."""
+    from importlib import resources
+
+    text = resources.files("cdpr_interval.robots").joinpath("library/four_winches.yaml").read_text()
+    slow = "".join(f"  {key}: {value}\n" for key, value in SLOW.items())
+    path = tmp_path / "slow.yaml"
+    path.write_text(text.replace("  cycle_s: 0.01\n", slow))
+    return path
+
+
+@pytest.fixture
+def drives(robot_file):
+    """Run simulated drives of the robot on a virtual bus."""
+    robot = load_robot(robot_file)
+    starts = lengths_at(robot, read_pose("2,1.5,1"))
+    found = [SimulatedDrive(c.winch, s, F(4, 5)) for c, s in zip(robot.cables, starts, strict=True)]
+    with SimulatedNetwork(found, "virtual", f"command {time.monotonic()}") as network:
+        network.address = f"virtual:{network._options['channel']}"
+        yield network
+
+
+def test_status_of_a_dry_run(run):
+    done = run("status", "four_winches", "--from", "2,1.5,1")
+    assert done.exit_code == 0
+    lines = done.stdout.splitlines()
+    assert lines[0] == "winches disabled"
+    assert lines[1].startswith("  c1  switch on disabled  0 counts  referenced, since home  3.066")
+
+
+def test_where_prints_the_certified_box(run):
+    done = run("where", "four_winches", "--from", "2,1.5,1", "--json")
+    assert done.exit_code == 0
+    root = json.loads(done.stdout)
+    (pose,) = root["poses"]
+    for (lo, hi), wanted in zip(pose["position_m"], (2, 1.5, 1), strict=True):
+        assert lo < wanted < hi and hi - lo < 0.01
+    assert pose["taut"] == ["c1", "c2", "c3", "c4"]
+
+
+def test_move_is_dry_by_default(run, tmp_path):
+    state = tmp_path / "state.json"
+    done = run("move", "four_winches", "--from", "2,1.5,1", "--pose", "1.5,1.5,1", "--state", state)
+    assert done.exit_code == 0, done.stderr
+    assert "dry run on simulated drives: nothing was moved" in done.stderr
+    assert "taut all along: c1,c2,c3,c4" in done.stdout
+    assert not state.exists()
+
+
+def test_a_path_that_is_not_proved_is_refused(run):
+    done = run("move", "four_winches", "--from", "2,1.5,1", "--pose", "1,1,3.2")
+    assert (done.exit_code, done.stdout) == (3, "")
+    assert done.stderr.startswith("the goal is no static pose")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["move", "four_winches", "--pose", "1,1,1"], "--from: missing"),
+        (["move", "four_winches", "--pose", "1,1,1", "--live"], "--live: needs --bus"),
+        (["move", "four_winches", "--pose", "1,1,1", "--bus", "virtual:x"], "--bus: only with --live"),
+        (["move", "four_winches", "--pose", "1,1,1", "--live", "--bus", "virtual:x"], "--arm four-winches"),
+        (
+            [
+                "jog",
+                "four_winches",
+                "--cable",
+                "c1",
+                "--by",
+                "1",
+                "--live",
+                "--bus",
+                "virtual:x",
+                "--arm",
+                "no",
+            ],
+            "--live: type the robot's name",
+        ),
+        (["jog", "four_winches", "--cable", "c9", "--by", "0.01", "--from", "2,1.5,1"], "no cable 'c9'"),
+        (["jog", "four_winches", "--cable", "c1", "--by", "0.5", "--from", "2,1.5,1"], "at most 0.1 m"),
+        (["status", "uc4", "--from", "1,1,1"], "robot 'uc4' has no winches"),
+        (["status", "four_winches", "--bus", "nothing"], "--bus: must be INTERFACE:CHANNEL"),
+        (["home", "four_winches", "--pose", "2,1.5,1"], "home: needs --bus and --state"),
+        (["simulate", "four_winches", "--pose", "2,1.5,1", "--bus", "virtual:x", "--share", "2"], "--share"),
+    ],
+)
+def test_wrong_calls_are_one_line(run, arguments, message):
+    done = run(*arguments)
+    assert done.exit_code == 2
+    assert message in done.stderr and len(done.stderr.splitlines()) == 1
+
+
+def test_marks_lists_where_they_are_seen(run):
+    done = run("marks", "four_winches", "--json")
+    rows = json.loads(done.stdout)["marks"]
+    assert len(rows) == 36 and rows[0]["length_m"] == pytest.approx([0.8495, 0.8505])
+
+
+def test_home_move_where_on_a_bus(run, robot_file, drives, tmp_path):
+    """The whole way of a first motion; the certified box holds the simulator's true pose at the end."""
+    state, log = tmp_path / "state.json", tmp_path / "audit.jsonl"
+    bus = ["--bus", drives.address, "--state", state]
+    done = run("where", robot_file, *bus)
+    assert done.exit_code == 3 and "c1 is unreferenced" in done.stderr
+    done = run("home", robot_file, *bus, "--pose", "2,1.5,1")
+    assert done.exit_code == 0, done.stderr
+    live = ["--live", "--arm", "four-winches"]
+    done = run("move", robot_file, *bus, *live, "--pose", "1.8,1.55,1.15", "--time", 6, "--log", log)
+    assert done.exit_code == 0, done.stderr
+    assert [json.loads(line)["event"] for line in log.read_text().splitlines()].count("stop") == 0
+    done = run("where", robot_file, *bus, "--json")
+    (pose,) = json.loads(done.stdout)["poses"]
+    true = [node.drive.true_length for node in drives.nodes]
+    (truth,) = forward_kinematics(load_robot(robot_file), true).solutions
+    for (lo, hi), (below, above), wanted in zip(
+        pose["position_m"], truth.position.tolist(), (1.8, 1.55, 1.15), strict=True
+    ):
+        assert lo <= below <= above <= hi and abs(0.5 * (lo + hi) - wanted) < 0.01
+    done = run("jog", robot_file, *bus, *live, "--cable", "c2", "--by", "-0.01")
+    assert done.exit_code == 0, done.stderr
+    assert float(true[1] - drives.nodes[1].drive.true_length) == pytest.approx(0.01, rel=0.01)
+    other = tmp_path / "other.yaml"
+    other.write_text(robot_file.read_text() + "\nnotes: changed\n")
+    done = run("where", other, *bus)
+    assert done.exit_code == 2 and "is of another robot file (four-winches): home again" in done.stderr
+
+
+def test_stop_stops_what_another_program_moves(run, robot_file, drives, tmp_path):
+    state = tmp_path / "state.json"
+    bus = ["--bus", drives.address, "--state", state]
+    assert run("home", robot_file, *bus, "--pose", "2,1.5,1").exit_code == 0
+    moving = [robot_file, *bus, "--live", "--arm", "four-winches", "--pose", "1.2,1.2,1", "--time", "30"]
+    found = []
+    mover = threading.Thread(target=lambda: found.append(run("move", *moving)))
+    mover.start()
+    end = time.monotonic() + 30
+    while all(abs(node.drive.motor) < 1000 for node in drives.nodes) and time.monotonic() < end:
+        time.sleep(0.02)
+    # Nobody may configure drives that another program moves.
+    done = run("status", robot_file, *bus)
+    assert done.exit_code == 3 and "another master is on the bus" in done.stderr
+    assert run("stop", robot_file, "--bus", drives.address).exit_code == 0
+    mover.join(timeout=30)
+    assert not mover.is_alive() and found[0].exit_code == 3
+    assert "not-operational" in found[0].stderr or "enable-lost" in found[0].stderr
+    assert all(node.drive.velocity == 0 for node in drives.nodes)
+
+
+def test_a_bus_without_drives_is_refused(run):
+    done = run("status", "four_winches", "--bus", "virtual:nobody here")
+    assert done.exit_code == 3
+    assert done.stderr.splitlines() == [f"node {k}: no answer" for k in (1, 2, 3, 4)]
