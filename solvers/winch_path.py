@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from fractions import Fraction
 
 import numpy as np
 from numpy.typing import NDArray
 
+from cdpr_interval.driver.reference import Reference
 from cdpr_interval.driver.setpoints import PEAK_ACCELERATION, PEAK_SPEED, smooth
+from cdpr_interval.driver.winch import bounds
 from cdpr_interval.errors import CdprError
 from cdpr_interval.robots.model import Robot
 from cdpr_interval.robots.winch import WinchLimits
@@ -30,8 +33,13 @@ WAYPOINTS = 64
 """At which the lengths are computed before the time of the path is known."""
 CYCLES_A_PIECE = 4
 """Cycles of the path that are proved in one go, as ranges of lengths."""
+ROUNDED_UP = 1 + 1e-9
+"""Covers the rounding of half widths, a billionth of a millimetre."""
 MOST_HALVINGS = 10
 """Of a piece that could not be proved as a whole."""
+
+
+HalfWidths = Callable[[Sequence[float]], Sequence[float]]
 
 
 class PathRefused(CdprError):
@@ -51,7 +59,7 @@ class Path:
     tensions: Floats
     """(N, 2) N: proved bounds over the whole path."""
     uncertainty: Floats
-    """(N, 2) m: so much may the lengths differ from the set-points in the proofs; 0 for a platform."""
+    """(N,) m: so much may the lengths differ from the set-points in the proofs; 0 for a platform."""
     margins: Floats
     """(N,) m: least distance to a length limit."""
     speeds: Floats
@@ -75,6 +83,7 @@ def plan(
     goal: Pose,
     duration: float | None = None,
     settle: bool = False,
+    half_widths: HalfWidths | None = None,
 ) -> Path:
     """Plan and prove a path to a pose.
 
@@ -88,12 +97,15 @@ def plan(
     commanded : sequence of N floats
         m: lengths that the drives hold.
     ranges : sequence of (lo, hi)
-        m: what is known of the lengths. Their distance from ``commanded`` is allowed for all along.
+        m: what is known of the lengths at the start.
     goal : Pose
     duration : float, optional
         s; the default is the shortest the limits allow.
     settle : bool
         Move the goal to the nearest static pose first.
+    half_widths : callable, optional
+        From set-points in m to how far each length may be from its own, in m (`half_widths_of`): drum
+        tolerances add up along the way. Default: as far as at the start.
 
     Raises
     ------
@@ -101,10 +113,6 @@ def plan(
         With the place and the reason: a limit, a slack or overloaded cable, a pose that is not proved.
     """
     held = np.array(commanded, dtype=np.float64)
-    uncertainty = np.array(ranges, dtype=np.float64) - held[:, None]
-    if not robot.is_point_mass:
-        # A platform's pose can be followed for a tenth of a millimetre only: the proof is for the set-points.
-        uncertainty = np.zeros_like(uncertainty)
     here = _here(robot, ranges)
     way = _Way(robot, held, here, goal, settle)
     _require_limits(robot, limits, np.array([way.lengths(k / WAYPOINTS) for k in range(WAYPOINTS + 1)]))
@@ -116,10 +124,40 @@ def plan(
     _require_limits(robot, limits, lengths)
     speeds, accelerations = _rates(np.vstack([held, held, lengths, lengths[-1:]]), cycle)
     _require_rates(robot, limits, speeds, accelerations)
-    tensions, pieces = _proved(robot, here, np.vstack([held, lengths]), uncertainty)
-    rows = np.array([[float(x) for x in one.length] for one in limits])
-    margins = np.minimum(lengths - rows[:, 0], rows[:, 1] - lengths).min(axis=0)
-    return Path(times, lengths, here.taut, tensions, uncertainty, margins, speeds, accelerations, pieces)
+    rows = np.vstack([held, lengths])
+    # A platform's pose can be followed for a tenth of a millimetre only: the proof is for the set-points.
+    widths = _widths(rows, held, ranges, half_widths) if robot.is_point_mass else np.zeros_like(rows)
+    tensions, pieces = _proved(robot, here, rows, widths)
+    ends = np.array([[float(x) for x in one.length] for one in limits])
+    margins = np.minimum(lengths - ends[:, 0], ends[:, 1] - lengths).min(axis=0)
+    return Path(
+        times, lengths, here.taut, tensions, widths.max(axis=0), margins, speeds, accelerations, pieces
+    )
+
+
+def half_widths_of(references: Sequence[Reference]) -> HalfWidths:
+    """Return how far each length may be from its set-point, by the references of the cables.
+
+    A mark on the way only narrows that, and its correction lies in it.
+    """
+
+    def widths(lengths: Sequence[float]) -> list[float]:
+        found = []
+        for reference, length in zip(references, lengths, strict=True):
+            counts = reference.model.counts(Fraction(length) - reference.offset)
+            lo, hi = bounds(reference.length_range(counts))
+            found.append(max(hi - length, length - lo))
+        return found
+
+    return widths
+
+
+def _widths(rows: Floats, held: Floats, ranges: Ranges, half_widths: HalfWidths | None) -> Floats:
+    """Return (K, N) half widths for all set-points, a little rounded up."""
+    if half_widths is None:
+        start = np.abs(np.array(ranges) - held[:, None]).max(axis=1)
+        return np.broadcast_to(start, rows.shape) * ROUNDED_UP
+    return np.array([half_widths(row) for row in rows.tolist()]) * ROUNDED_UP
 
 
 def _here(robot: Robot, ranges: Ranges) -> MeasuredPose:
@@ -209,32 +247,29 @@ def _require_rates(
             raise PathRefused(f"{name}: needs {got}, limits {fastest:g} and {strongest:g}: give it more time")
 
 
-def _proved(robot: Robot, here: MeasuredPose, rows: Floats, uncertainty: Floats) -> tuple[Floats, int]:
+def _proved(robot: Robot, here: MeasuredPose, rows: Floats, widths: Floats) -> tuple[Floats, int]:
     """Prove a pose for all lengths along the path; return bounds of the tensions, and how many proofs."""
     prover = _PointProver(robot, here) if robot.is_point_mass else _PlatformProver(robot, here)
     prover.refutes(np.stack([rows[0], rows[0]], axis=-1))
     total = 0
     for first in range(0, len(rows) - 1, CYCLES_A_PIECE):
-        total += _proved_piece(prover, rows[first : first + CYCLES_A_PIECE + 1], uncertainty, MOST_HALVINGS)
+        piece = slice(first, first + CYCLES_A_PIECE + 1)
+        total += _proved_piece(prover, rows[piece], widths[piece].max(axis=0), MOST_HALVINGS)
     return prover.tensions, total
 
 
-def _proved_piece(
-    prover: _PointProver | _PlatformProver, rows: Floats, uncertainty: Floats, halvings: int
-) -> int:
-    ranges = np.stack([rows.min(axis=0) + uncertainty[:, 0], rows.max(axis=0) + uncertainty[:, 1]], axis=-1)
+def _proved_piece(prover: _PointProver | _PlatformProver, rows: Floats, width: Floats, halvings: int) -> int:
+    ranges = np.stack([rows.min(axis=0) - width, rows.max(axis=0) + width], axis=-1)
     reason = prover.refutes(ranges)
     if not reason:
         return 1
-    if not halvings or (
-        len(rows) == 2 and np.ptp(rows, axis=0).max() < np.ptp(uncertainty, axis=1).max() / 4
-    ):
+    if not halvings or (len(rows) == 2 and np.ptp(rows, axis=0).max() < width.max() / 2):
         raise PathRefused(f"near the lengths {_shown(rows[0])} m: {reason}")
     if len(rows) == 2:
         rows = np.vstack([rows[:1], rows.mean(axis=0), rows[1:]])
     middle = len(rows) // 2
     return sum(
-        _proved_piece(prover, part, uncertainty, halvings - 1) for part in (rows[: middle + 1], rows[middle:])
+        _proved_piece(prover, part, width, halvings - 1) for part in (rows[: middle + 1], rows[middle:])
     )
 
 

@@ -11,7 +11,7 @@ from pathlib import Path
 from cdpr_interval.driver.bus import DriveBus
 from cdpr_interval.driver.canopen_bus import CanOpenBus
 from cdpr_interval.driver.group import WinchGroup
-from cdpr_interval.driver.reference import Reference, ReferenceState
+from cdpr_interval.driver.reference import Known
 from cdpr_interval.driver.simulated_drive import SimulatedDrive
 from cdpr_interval.driver.simulator import SimulatedBus
 from cdpr_interval.driver.state_file import read_state, write_state
@@ -85,15 +85,14 @@ def winches(
         For a wrong state file, or when nothing says where drives in memory are.
     """
     fitted = winches_of(robot)
-    known, readings = _known(robot, state)
+    known = [None] * len(fitted) if state is None or not state.exists() else read_state(state, robot)
     if address is None:
-        bus = _dry(fitted, known, readings, start)
+        bus = _dry(fitted, known, start)
     else:
         bus = CanOpenBus.of(robot, address.interface, address.channel)
     group = WinchGroup(robot, bus, log)
     if start is None or address is not None:
         group.adopt(known)
-        group.supervisor.expect(readings)
     with group:
         if start is not None and address is None:
             group.home([Range(length - DRY_TOLERANCE, length + DRY_TOLERANCE) for length in start])
@@ -101,27 +100,18 @@ def winches(
             yield group
         finally:
             if state is not None and address is not None:
-                write_state(state, robot, group.references(), [c.counts for c in group.snapshot.cables])
-
-
-Known = list[tuple[Reference, ReferenceState] | None]
-
-
-def _known(robot: Robot, state: Path | None) -> tuple[Known, list[int | None]]:
-    if state is None or not state.exists():
-        return [None] * len(robot.cables), [None] * len(robot.cables)
-    return read_state(state, robot)
+                write_state(state, robot, group.known())
 
 
 def _dry(
-    fitted: Sequence[Winch], known: Known, readings: Sequence[int | None], start: Sequence[Fraction] | None
+    fitted: Sequence[Winch], known: Sequence[Known | None], start: Sequence[Fraction] | None
 ) -> DriveBus:
     """Return drives in memory, where the state file says the real ones are, or at given lengths."""
     if start is not None:
         return SimulatedBus([SimulatedDrive(w, length) for w, length in zip(fitted, start, strict=True)])
     drives = []
-    for winch, one, reading in zip(fitted, known, readings, strict=True):
-        if one is None or reading is None:
+    for winch, one in zip(fitted, known, strict=True):
+        if one is None:
             raise InputError("--from: missing (where is the platform? or --state FILE of earlier commands)")
-        drives.append(SimulatedDrive(winch, one[0].nominal(reading), first_reading=reading))
+        drives.append(SimulatedDrive(winch, one.reference.nominal(one.reading), first_reading=one.reading))
     return SimulatedBus(drives)

@@ -5,13 +5,14 @@ from __future__ import annotations
 from collections import deque
 from dataclasses import dataclass, field
 from fractions import Fraction
+from itertools import pairwise
 
 from cdpr_interval.driver.bus import PROBE_ARMED, PROBE_CAUGHT, PROBE_ENABLED, PROBE_OFF, Feedback
 from cdpr_interval.driver.counter import nearest, wrapped
 from cdpr_interval.driver.drum import OffTheDrum
 from cdpr_interval.driver.interlocks import OVERSPEED, Interlock, Stopped, Violation
 from cdpr_interval.driver.marks import MarkEvent, MarkWatch
-from cdpr_interval.driver.reference import Reference, ReferenceState, home
+from cdpr_interval.driver.reference import Known, Reference, ReferenceState, home
 from cdpr_interval.driver.winch import WinchModel
 from cdpr_interval.robots.winch import Range, Winch, WinchLimits
 
@@ -19,7 +20,7 @@ ZERO = Fraction(0)
 SPEED_CYCLES = 5
 """Cycles over which the speed is measured, so that a late answer is no jump."""
 CORRECTION_SHARE = Fraction(1, 10)
-"""Of the acceleration limit, kept for working off the correction of a mark."""
+"""Of the acceleration limit, for working off the correction of a mark: a caller must leave as much."""
 
 
 @dataclass
@@ -69,8 +70,14 @@ class Axis:
     # Readings.
 
     def start(self, heard: Feedback) -> None:
-        """Take the first reading; turns of the counter before it are unknown: the nearest is taken."""
-        self.counts = nearest(heard.position, self.counts)
+        """Take the first reading after connecting: the nearest to the last one that is known.
+
+        A drive that has lost its position, or was moved without anybody watching, degrades its cable.
+        """
+        before, self.counts = self.counts, nearest(heard.position, self.counts)
+        moved = abs((self.counts - before) * self._rate)
+        if self.state is ReferenceState.REFERENCED and moved > self.limits.following_error:
+            self.state = ReferenceState.DEGRADED
         self.target = self.counts
         self._history.clear()
         if self.reference is None:
@@ -116,10 +123,9 @@ class Axis:
 
     @property
     def _direction(self) -> int:
-        """+1 paying out, -1 winding in, 0 unknown."""
-        if len(self._history) < 2 or self._history[-1] == self._history[0]:
-            return 0
-        return self.winch.sign * (1 if self._history[-1] > self._history[0] else -1)
+        """+1 paying out, -1 winding in, 0 unknown: the cable turned back, or rested, in the last cycles."""
+        signs = {(b > a) - (b < a) for a, b in pairwise(self._history)}
+        return self.winch.sign * signs.pop() if len(signs) == 1 else 0
 
     @property
     def speed(self) -> float:
@@ -149,9 +155,10 @@ class Axis:
         if self.watch is not None:
             self.watch.forget()
 
-    def adopt(self, reference: Reference, state: ReferenceState) -> None:
-        """Take over what was known before: a reading near it is the same drum position."""
-        self.reference, self.model, self.state = reference, reference.model, state
+    def adopt(self, known: Known) -> None:
+        """Take over what was known before."""
+        self.reference, self.model, self.state = known.reference, known.reference.model, known.state
+        self.counts = known.reading
 
     @property
     def length(self) -> Fraction | None:
@@ -244,11 +251,11 @@ class Axis:
         if not low <= length <= high:
             text = f"target {float(length):.5f} m, limits {float(low):.5f} to {float(high):.5f} m"
             raise Stopped(Violation(Interlock.LENGTH, text, self.name))
-        if abs(step) > (limits.velocity + self.correction_rate) * cycle + quantum:
+        if abs(step) > limits.velocity * cycle + quantum:
             text = f"target moves at {float(step / cycle):+.4f} m/s, limit {float(limits.velocity):.4f} m/s"
             raise Stopped(Violation(Interlock.VELOCITY, text, self.name))
         change = step - self.last_step
-        most = (1 + CORRECTION_SHARE) * limits.acceleration * cycle**2 + 2 * quantum
+        most = limits.acceleration * cycle**2 + 2 * quantum
         if abs(change) > most:
             got, limit = float(change / cycle**2), float(limits.acceleration)
             text = f"target accelerates by {got:+.3f} m/s2, limit {limit:.3f} m/s2"

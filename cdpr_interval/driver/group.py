@@ -12,7 +12,7 @@ from cdpr_interval.driver.audit import AuditLog
 from cdpr_interval.driver.bus import DriveBus
 from cdpr_interval.driver.cyclic import Clockwork, RealTime, Stepped
 from cdpr_interval.driver.interlocks import Violation
-from cdpr_interval.driver.reference import Reference, ReferenceState
+from cdpr_interval.driver.reference import Known
 from cdpr_interval.driver.requests import Refused
 from cdpr_interval.driver.simulator import SimulatedBus
 from cdpr_interval.driver.snapshot import GroupState, Snapshot
@@ -165,13 +165,16 @@ class WinchGroup:
             lengths = [lengths.get(name) for name in names]
         self.supervisor.home([None if length is None else as_range(length) for length in lengths])
 
-    def references(self) -> list[tuple[Reference, ReferenceState] | None]:
+    def known(self) -> list[Known | None]:
         """Return what `adopt` of a later run takes, when the drives keep their readings."""
-        return [None if c.reference is None else (c.reference, c.state) for c in self.snapshot.cables]
+        return [
+            None if cable.reference is None else Known(cable.reference, cable.state, cable.counts)
+            for cable in self.snapshot.cables
+        ]
 
-    def adopt(self, references: Sequence[tuple[Reference, ReferenceState] | None]) -> None:
-        """Take over references of an earlier run; before `connect`."""
-        self.supervisor.adopt(references)
+    def adopt(self, known: Sequence[Known | None]) -> None:
+        """Take over what an earlier run knew; before `connect`."""
+        self.supervisor.adopt(known)
 
     def enable(self) -> None:
         """Enable all drives and wait until they hold; `WinchesStopped` when one does not come along."""

@@ -109,7 +109,9 @@ class MarkWatch:
             away = float(max(length.lo - predicted.hi, predicted.lo - length.hi))
             reason = f"mark {mark.name} is {away:.6f} m outside the range predicted for it"
             return MarkEvent(mark.name, counts, predicted, None, reason)
-        found = Reference(reference.model, counts, length, f"mark {mark.name}")
+        # A mark that is known less well than the cable confirms it, and that is all.
+        known = predicted.width <= length.width
+        found = Reference(reference.model, counts, predicted if known else length, f"mark {mark.name}")
         event = MarkEvent(mark.name, counts, predicted, found, "", self._metres_per_turn(found))
         self.last = (length, found)
         number = self.sensor.marks.index(mark)

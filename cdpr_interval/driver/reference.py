@@ -80,6 +80,16 @@ class Reference:
         return Budget(self.length.width / 2, drum, travel.width / 2 - drum)
 
 
+@dataclass(frozen=True)
+class Known:
+    """What a run leaves to the next one about a cable."""
+
+    reference: Reference
+    state: ReferenceState
+    reading: int
+    """Of the encoder at the end, unwrapped: a drive that shows another one has lost its position."""
+
+
 def home(model: WinchModel, counts: int, length: Range) -> Reference:
     """Return the reference of a cable whose length was measured or set by hand at a reading.
 

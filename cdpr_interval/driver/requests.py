@@ -64,7 +64,9 @@ def require_speed(axes: Sequence[Axis], goal: Lengths, time: float, stream: Stre
     """Raise `InputError` for a set-point that cannot be reached in time."""
     seconds = time - stream.times[-1]
     for axis, end, start in zip(axes, goal, stream.points[-1], strict=True):
-        speed, limit = (end - start) / seconds, float(axis.limits.velocity)
+        # Where marks correct the cable, the correction must have room beside the set-points.
+        room = 0.0 if axis.watch is None else float(axis.correction_rate)
+        speed, limit = (end - start) / seconds, float(axis.limits.velocity) - room
         # The limit itself is allowed, and rounding of times and lengths is no fault.
         if abs(speed) > limit * (1 + 1e-9):
             raise InputError(f"{axis.name}: {speed:+.4f} m/s to this set-point, limit {limit:.4f} m/s")

@@ -10,7 +10,7 @@ from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
-from cdpr_interval.driver.reference import Reference, ReferenceState
+from cdpr_interval.driver.reference import Known, Reference, ReferenceState
 from cdpr_interval.driver.winch import WinchModel
 from cdpr_interval.errors import InputError
 from cdpr_interval.robots.model import Robot
@@ -20,11 +20,9 @@ STATE_FORMAT = "cdpr-winch-state/1"
 LARGEST_FILE = 1_000_000
 """Bytes."""
 
-Known = Sequence[tuple[Reference, ReferenceState] | None]
 
-
-def write_state(path: Path, robot: Robot, references: Known, counts: Sequence[int]) -> None:
-    """Write the references of all cables, and the readings now: later ones are the nearest to these.
+def write_state(path: Path, robot: Robot, known: Sequence[Known | None]) -> None:
+    """Write what is known of all cables.
 
     Raises
     ------
@@ -32,16 +30,16 @@ def write_state(path: Path, robot: Robot, references: Known, counts: Sequence[in
         When the file cannot be written.
     """
     cables: dict[str, Any] = {}
-    for name, known, reading in zip(robot.cable_names, references, counts, strict=True):
-        if known is not None:
-            reference, state = known
+    for name, one in zip(robot.cable_names, known, strict=True):
+        if one is not None:
+            reference = one.reference
             cables[name] = {
-                "state": state.value,
+                "state": one.state.value,
                 "source": reference.source,
                 "zero_counts": reference.model.zero,
                 "reference_counts": reference.counts,
                 "reference_length_m": [str(reference.length.lo), str(reference.length.hi)],
-                "counts": reading,
+                "counts": one.reading,
             }
     content = {
         "format": STATE_FORMAT,
@@ -59,10 +57,8 @@ def write_state(path: Path, robot: Robot, references: Known, counts: Sequence[in
         raise InputError(f"{path}: cannot be written: {error.strerror or error}") from None
 
 
-def read_state(
-    path: Path, robot: Robot
-) -> tuple[list[tuple[Reference, ReferenceState] | None], list[int | None]]:
-    """Return the references of all cables and the last readings; both None where nothing is known.
+def read_state(path: Path, robot: Robot) -> list[Known | None]:
+    """Return what is known of all cables; None where nothing is.
 
     Raises
     ------
@@ -76,17 +72,14 @@ def read_state(
             raise InputError(f"{path}: format: must be '{STATE_FORMAT}', got {root['format']!r}")
         if root["robot"]["sha256"] != robot.sha256:
             raise InputError(f"{path}: is of another robot file ({root['robot']['name']}): home again")
-        known = [_reference(robot, i, root["cables"].get(name)) for i, name in enumerate(robot.cable_names)]
+        return [_known(robot, i, root["cables"].get(name)) for i, name in enumerate(robot.cable_names)]
     except OSError as error:
         raise InputError(f"{path}: cannot be read: {error.strerror or error}") from None
     except (ValueError, KeyError, TypeError, AttributeError, ZeroDivisionError) as error:
         raise InputError(f"{path}: is no state of winches: {type(error).__name__}: {error}") from None
-    return [None if one is None else one[0] for one in known], [
-        None if one is None else one[1] for one in known
-    ]
 
 
-def _reference(robot: Robot, i: int, given: Any) -> tuple[tuple[Reference, ReferenceState], int] | None:
+def _known(robot: Robot, i: int, given: Any) -> Known | None:
     winch = robot.cables[i].winch
     if given is None or winch is None:
         return None
@@ -95,4 +88,4 @@ def _reference(robot: Robot, i: int, given: Any) -> tuple[tuple[Reference, Refer
     if not Fraction(0) < lo <= hi:
         raise ValueError("reference_length_m must be positive and ascending")
     reference = Reference(model, int(given["reference_counts"]), Range(lo, hi), str(given["source"]))
-    return (reference, ReferenceState(given["state"])), int(given["counts"])
+    return Known(reference, ReferenceState(given["state"]), int(given["counts"]))

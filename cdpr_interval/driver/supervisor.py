@@ -19,7 +19,7 @@ from cdpr_interval.driver.bus import Command, DriveBus, Feedback
 from cdpr_interval.driver.cia402 import Mode
 from cdpr_interval.driver.interlocks import Interlock, Stopped, Violation
 from cdpr_interval.driver.marks import MarkEvent
-from cdpr_interval.driver.reference import Reference, ReferenceState
+from cdpr_interval.driver.reference import Known, ReferenceState
 from cdpr_interval.driver.requests import Refused
 from cdpr_interval.driver.setpoints import Slowing, Stream
 from cdpr_interval.driver.snapshot import GroupState, Snapshot, pictured
@@ -104,8 +104,12 @@ class Supervisor:
         """Connect the bus; the drives stay disabled. `BusError` lists what is missing."""
         with self._lock:
             self._require(GroupState.OFF, GroupState.DISABLED, GroupState.STOPPED)
-            self.bus.connect()
-            first = self._first_feedback()
+            try:
+                self.bus.connect()
+                first = self._first_feedback()
+            except BaseException:
+                self.bus.close()
+                raise
             for axis, heard in zip(self.axes, first, strict=True):
                 axis.start(heard)
             self._heard = first
@@ -187,24 +191,14 @@ class Supervisor:
             )
             self._snapshot = self._picture()
 
-    def adopt(self, references: Sequence[tuple[Reference, ReferenceState] | None]) -> None:
-        """Take over references of an earlier run whose readings the drives have kept; before `connect`."""
+    def adopt(self, known: Sequence[Known | None]) -> None:
+        """Take over what an earlier run knew; before `connect`, which degrades cables that read otherwise."""
         with self._lock:
             self._require(GroupState.OFF)
-            self._require_count(references)
-            for axis, known in zip(self.axes, references, strict=True):
-                if known is not None:
-                    axis.adopt(*known)
-                    axis.counts = known[0].counts
-
-    def expect(self, readings: Sequence[int | None]) -> None:
-        """Say what the drives read last, unwrapped; `connect` takes the readings nearest to these."""
-        with self._lock:
-            self._require(GroupState.OFF)
-            self._require_count(readings)
-            for axis, reading in zip(self.axes, readings, strict=True):
-                if reading is not None:
-                    axis.counts = reading
+            self._require_count(known)
+            for axis, one in zip(self.axes, known, strict=True):
+                if one is not None:
+                    axis.adopt(one)
 
     def command(self, lengths: Sequence[float], at: float | None = None, at_rest: bool = False) -> None:
         """Add a set-point.

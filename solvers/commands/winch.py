@@ -14,6 +14,7 @@ from solvers.commands.numbers import read_float
 
 if TYPE_CHECKING:
     from cdpr_interval.driver.group import WinchGroup
+    from cdpr_interval.driver.reference import Reference
     from cdpr_interval.driver.snapshot import Snapshot
     from cdpr_interval.robots.model import Robot
     from solvers.pose import Pose
@@ -99,7 +100,7 @@ def where(robot: str, **given: Any) -> int:
     from solvers.winch_where import whereabouts
 
     model = _robot(robot)
-    _, ranges = _measured(model, given)
+    _, ranges, _ = _measured(model, given)
     found = whereabouts(model, ranges)
     _print_where(model, ranges, found, given["as_json"])
     return ExitCode.COMPLETE if found.is_complete else ExitCode.INCOMPLETE
@@ -114,7 +115,7 @@ def where(robot: str, **given: Any) -> int:
 @_options("live", "arm", "bus", "state", "from", "log")
 def move(robot: str, **given: Any) -> int:
     """Plan a path to a pose, prove every step of it, and run it: on simulated drives, or with --live."""
-    from solvers.winch_path import plan
+    from solvers.winch_path import half_widths_of, plan
     from solvers.winch_session import winches_of
     from solvers.winch_where import whereabouts
 
@@ -123,9 +124,10 @@ def move(robot: str, **given: Any) -> int:
     seconds = None if given["seconds"] is None else read_float(given["seconds"], "--time")
     live = _armed(model, given)
     limits = [winch.limits for winch in winches_of(model)]
-    held, ranges = _measured(model, given, live)
+    held, ranges, references = _measured(model, given, live)
     # Planning takes all of the processor: the cycle must not run meanwhile.
-    path = plan(model, limits, held, ranges, goal, seconds, given["settle"])
+    widths = half_widths_of(references)
+    path = plan(model, limits, held, ranges, goal, seconds, given["settle"], widths)
     _print_path(model, path)
     with _winches(model, given, live) as group:
         group.pass_cycles(2)
@@ -313,12 +315,13 @@ def _winches(robot: Robot, given: dict[str, Any], live: bool | None = None) -> A
 
 def _measured(
     robot: Robot, given: dict[str, Any], live: bool | None = None
-) -> tuple[list[float], list[tuple[float, float]]]:
-    """Return the most likely lengths in m, and their bounds."""
+) -> tuple[list[float], list[tuple[float, float]], list[Reference]]:
+    """Return the most likely lengths in m, their bounds, and the references they come from."""
     with _winches(robot, given, live) as group:
         group.pass_cycles(2)
-        ranges = group.length_ranges()
-        return [float(c.length) for c in group.snapshot.cables if c.length is not None], ranges
+        ranges, cables = group.length_ranges(), group.snapshot.cables
+    lengths = [cable.length for cable in cables if cable.length is not None]
+    return lengths, ranges, [cable.reference for cable in cables if cable.reference is not None]
 
 
 def _require_unmoved(group: WinchGroup, before: list[tuple[float, float]]) -> None:
@@ -398,7 +401,8 @@ def _print_path(robot: Robot, path: CablePath) -> None:
                + ",".join(robot.cable_names[i] for i in path.taut))  # fmt: skip
     click.echo("cable  goal m      margin m  peak m/s  peak m/s2  tension N")
     for i, name in enumerate(robot.cable_names):
-        lo, hi = _outward(*path.tensions[i].tolist(), decimals=2)
+        least, most = path.tensions[i].tolist()
+        lo, hi = _outward(least, most, 2)
         row = f"{path.lengths[-1, i]:<10.6f}  {path.margins[i]:<8.4f}  {path.speeds[i]:<8.4f}"
         click.echo(f"{name:<5}  {row}  {path.accelerations[i]:<9.4f}  {lo} to {hi}")
 

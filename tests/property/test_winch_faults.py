@@ -115,7 +115,7 @@ def act(bench: Bench, watch: Watch, action: str, value) -> None:
     elif action == "path":
         start = [c.commanded if c.commanded is not None else 3.0 for c in group.snapshot.cables]
         way = max(abs(a - b) for a, b in zip(start, value, strict=True))
-        duration = 0.02 + max(15 / 8 * way / 0.5, (5.78 * way) ** 0.5)
+        duration = 0.02 + max(15 / 8 * way / 0.45, (7.5 * way) ** 0.5)
         group.follow(smooth_path(start, list(value), duration))
     elif action == "command":
         group.command(value)
@@ -200,5 +200,6 @@ def test_lengths_are_enclosed_whatever_the_truth_in_the_tolerances(name, shares,
     for goal in goals:
         start = [c.commanded for c in bench.group.snapshot.cables]
         way = max(abs(a - b) for a, b in zip(start, goal, strict=True))
-        bench.group.follow(smooth_path(start, list(goal), 0.05 + max(15 / 8 * way / 0.5, (5.8 * way) ** 0.5)))
+        duration = 0.05 + max(15 / 8 * way / 0.45, (7.5 * way) ** 0.5)
+        bench.group.follow(smooth_path(start, list(goal), duration))
         assert bench.contains_truth()

@@ -18,15 +18,13 @@ ROBOT = load_robot("four_winches")
 def written(tmp_path):
     bench = Bench(ROBOT).homed()
     path = tmp_path / "state.json"
-    write_state(path, ROBOT, bench.group.references(), [c.counts for c in bench.group.snapshot.cables])
+    write_state(path, ROBOT, bench.group.known())
     return bench, path
 
 
 def test_references_round_trip_exactly(written):
     bench, path = written
-    known, readings = read_state(path, ROBOT)
-    assert known == bench.group.references()
-    assert readings == [cable.counts for cable in bench.group.snapshot.cables]
+    assert read_state(path, ROBOT) == bench.group.known()
     assert [entry.name for entry in path.parent.iterdir()] == ["state.json"]
 
 
@@ -60,4 +58,4 @@ def test_text_that_is_no_json_is_refused(tmp_path):
 
 def test_a_folder_that_cannot_be_written_is_an_error(tmp_path):
     with pytest.raises(InputError, match="cannot be written"):
-        write_state(tmp_path / "missing" / "state.json", ROBOT, [None] * 4, [0] * 4)
+        write_state(tmp_path / "missing" / "state.json", ROBOT, [None] * 4)

@@ -14,7 +14,7 @@ from scripts import winch_controller
 from solvers import forward_kinematics, inverse_kinematics
 from solvers.pose import Pose, read_pose
 from solvers.result import Stability
-from solvers.winch_path import PathRefused, plan
+from solvers.winch_path import PathRefused, half_widths_of, plan
 from solvers.winch_where import whereabouts
 from tests.winch_robots import Bench, smooth_path
 
@@ -89,6 +89,18 @@ def test_a_path_is_between_all_limits_and_ends_at_the_goal():
     rows = path.points
     assert [len(row) for _, row in rows] == [4] * len(rows)
     assert np.diff([time for time, _ in rows]) == pytest.approx(0.01)
+
+
+def test_drum_tolerances_add_up_along_a_path():
+    """The proofs of a point mass allow for what the drums may do on the way, not only for the start."""
+    bench = Bench(ROBOT, tuple(F(length) for length in HELD)).homed()
+    references = [cable.reference for cable in bench.group.snapshot.cables]
+    widths = half_widths_of(references)
+    path = plan(ROBOT, LIMITS, HELD, around(HELD), read_pose("1,1,0.6"), half_widths=widths)
+    assert (path.uncertainty > 0.001).all() and (path.uncertainty < 0.002).all()
+    constant = plan(ROBOT, LIMITS, HELD, around(HELD), read_pose("1,1,0.6"))
+    assert (path.uncertainty > constant.uncertainty).all()
+    assert (path.tensions[:, 0] <= constant.tensions[:, 0]).all()
 
 
 def test_a_path_of_a_platform_goes_on_from_its_pose():
