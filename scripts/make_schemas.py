@@ -6,13 +6,14 @@ import json
 from pathlib import Path
 
 from cdpr_interval.robots.schema import json_schema
+from cdpr_interval.robots.winch_schema import RobotWithWinches
 
 FOLDER = Path(__file__).parents[1] / "cdpr_interval" / "robots" / "schemas"
 
 
 def schemas() -> dict[str, str]:
     """Return the text of each schema file by its name."""
-    return {"cdpr-robot-1.schema.json": json.dumps(json_schema(), indent=1) + "\n"}
+    return {"cdpr-robot-1.schema.json": json.dumps(json_schema(RobotWithWinches), indent=1) + "\n"}
 
 
 def main() -> None:

@@ -49,11 +49,11 @@ def winches_of(robot: Robot) -> list[Winch]:
     return found
 
 
-def lengths_at(robot: Robot, pose: Pose) -> list[Fraction]:
+def lengths_at(robot: Robot, pose: Pose, label: str = "--pose") -> list[Fraction]:
     """Return the lengths in m with which the robot hangs at a pose; `InputError` when it cannot."""
     found = inverse_kinematics(robot, pose.position, pose.rotation, settle=not robot.is_point_mass)
     if found.lengths is None:
-        raise InputError(f"--pose: {found.message}")
+        raise InputError(f"{label}: {found.message}")
     return [Fraction(length) for length in found.lengths]
 
 

@@ -11,6 +11,7 @@ from types import TracebackType
 from typing import Any
 
 from cdpr_interval.driver.snapshot import Snapshot
+from cdpr_interval.errors import InputError
 
 KEPT_SECONDS = 10.0
 """How long before a stop cycles are kept."""
@@ -25,6 +26,11 @@ class AuditLog:
         Events are added at the end of this file; None: they are only counted.
     cycle : float
         s between two snapshots.
+
+    Raises
+    ------
+    InputError
+        When the file cannot be opened.
     """
 
     def __init__(self, path: Path | None, cycle: float) -> None:
@@ -33,7 +39,10 @@ class AuditLog:
         self._writer: threading.Thread | None = None
         self.count = 0
         if path is not None:
-            stream = path.open("a", encoding="utf-8")
+            try:
+                stream = path.open("a", encoding="utf-8")
+            except OSError as error:
+                raise InputError(f"log {path}: cannot be written: {error.strerror or error}") from None
             self._writer = threading.Thread(target=self._write, args=(stream,), name="audit log", daemon=True)
             self._writer.start()
 

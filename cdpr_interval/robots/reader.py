@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import difflib
 import os
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass
 from fractions import Fraction
 from importlib import resources
 from pathlib import Path
@@ -15,11 +17,13 @@ from pydantic_core import ErrorDetails
 from cdpr_interval.errors import InputError
 from cdpr_interval.robots import schema
 from cdpr_interval.robots.document import Document, Node, child, parse_document, read_document
-from cdpr_interval.robots.fields import bounds, is_free, kind
+from cdpr_interval.robots.fields import SHAPES, Block, bounds, is_free, kind
 from cdpr_interval.robots.literal import printable, quote
 from cdpr_interval.robots.model import Cable, Elasticity, Platform, Robot, Uncertain, Vector
-from cdpr_interval.robots.winch_reader import settings, winch
+from cdpr_interval.robots.winch import Winch
 
+LAZY = {"": ("winches",), "cables": ("winch",)}
+"""Keys of blocks that are only known to the models of winches, for suggestions."""
 _SUFFIXES = (".yaml", ".yml", ".json")
 
 
@@ -102,16 +106,37 @@ def _robot(document: Document) -> Robot:
         document.require_valid()
     _check_names(document)
     _check_winches(document)
+    blocks = _Blocks.for_document(document)
     try:
-        block = schema.RobotBlock.model_validate(_plain(root))
+        block = blocks.robot.model_validate(_plain(root))
     except ValidationError as error:
         for detail in error.errors(include_url=False):
-            _report(document, detail)
+            _report(document, detail, blocks)
         document.require_valid()
         # Only values that are broken already failed, and those were reported.
         raise AssertionError("a validation error was not reported") from error
     document.require_valid()
     return _Builder(document.sha256).robot(block)
+
+
+@dataclass(frozen=True)
+class _Blocks:
+    """The models that a file needs: those of winches take time to build, and most files have none."""
+
+    robot: type[schema.RobotBlock]
+    by_name: Mapping[str, type[Block]]
+    tags: Collection[str]
+
+    @classmethod
+    def for_document(cls, document: Document) -> _Blocks:
+        """Return the models for a file."""
+        root = document.root.mapping
+        cables = root["cables"].items if "cables" in root else []
+        if "winches" in root or any("winch" in cable.mapping for cable in cables):
+            from cdpr_interval.robots import winch_schema
+
+            return cls(winch_schema.RobotWithWinches, winch_schema.BLOCKS, winch_schema.TAGS)
+        return cls(schema.RobotBlock, schema.BLOCKS, SHAPES)
 
 
 def _plain(node: Node) -> Any:
@@ -157,17 +182,17 @@ def _check_winches(document: Document) -> None:
             document.report(node, f"{path}.node", f"{node.literal} is the node of cables[{other}] already")
 
 
-def _report(document: Document, detail: ErrorDetails) -> None:
+def _report(document: Document, detail: ErrorDetails, blocks: _Blocks) -> None:
     """Add one error of pydantic to the document, at its place in the file."""
     rule, loc, node, path = detail["type"], detail["loc"], document.root, ""
     for step in loc:
-        if step in schema.TAGS:
+        if step in blocks.tags:
             continue
         path = child(path, step)
         node = node.items[step] if isinstance(step, int) else node.mapping.get(step, node)
     if rule == "extra_forbidden":
         block = next((step for step in reversed(loc[:-1]) if isinstance(step, str)), "")
-        document.report_unknown_key(node, path, schema.BLOCKS[block].model_fields)
+        document.report_unknown_key(node, path, [*blocks.by_name[block].model_fields, *LAZY.get(block, ())])
     elif rule == "missing":
         document.report(node, path, "missing")
     elif rule == "too_short":
@@ -191,8 +216,10 @@ class _Builder:
         given: dict[str, Any] = {}
         if block.gravity_m_s2 is not None:
             given["gravity"] = self._vector(block.gravity_m_s2, "gravity_m_s2")
-        if block.winches is not None:
-            given["winches"] = settings(block.winches)
+        if getattr(block, "winches", None) is not None:
+            from cdpr_interval.robots.winch_reader import settings
+
+            given["winches"] = settings(block.winches)  # type: ignore[attr-defined]
         platform = self._platform(block.platform)
         cables = tuple(self._cable(cable, child("cables", i)) for i, cable in enumerate(block.cables))
         return Robot(
@@ -218,8 +245,15 @@ class _Builder:
             self._vector(block.platform_anchor_m, f"{path}.platform_anchor_m"),
             None if block.elasticity is None else self._elasticity(block.elasticity, f"{path}.elasticity"),
             block.tension_limits_N,
-            None if block.winch is None else winch(block.winch),
+            self._winch(block),
         )
+
+    def _winch(self, block: schema.CableBlock) -> Winch | None:
+        if getattr(block, "winch", None) is None:
+            return None
+        from cdpr_interval.robots.winch_reader import winch
+
+        return winch(block.winch)  # type: ignore[attr-defined]
 
     def _elasticity(self, block: schema.ElasticityBlock, path: str) -> Elasticity:
         if block.stiffness_N_per_m is not None:

@@ -11,7 +11,6 @@ from pydantic import AfterValidator, Field, PlainValidator, WithJsonSchema, mode
 from pydantic.json_schema import GenerateJsonSchema, JsonSchemaValue
 from pydantic_core import core_schema
 
-from cdpr_interval.robots import winch_schema
 from cdpr_interval.robots.fields import (
     CABLE_NAME,
     SHAPES,
@@ -29,7 +28,6 @@ from cdpr_interval.robots.fields import (
     text,
 )
 from cdpr_interval.robots.literal import quote
-from cdpr_interval.robots.winch_schema import WinchBlock, WinchesBlock
 
 ROBOT_FORMAT = "cdpr-robot/1"
 
@@ -72,8 +70,6 @@ class CableBlock(Block):
     """Absent: inextensible."""
     tension_limits_N: Annotated[Pair, AfterValidator(tension_limits)] | None = None
     """Reported against, never a filter."""
-    winch: WinchBlock | None = None
-    """What moves the cable; for every cable or for none."""
 
 
 class PlatformBlock(Block):
@@ -95,8 +91,6 @@ class RobotBlock(Block):
     """Base frame; default [0, 0, -9.81]. "Up" is its opposite."""
     platform: PlatformBlock
     cables: Annotated[list[CableBlock], Field(min_length=1)]
-    winches: WinchesBlock | None = None
-    """What holds for all winches together."""
 
 
 BLOCKS: dict[str, type[Block]] = {
@@ -105,7 +99,6 @@ BLOCKS: dict[str, type[Block]] = {
     "cables": CableBlock,
     "elasticity": ElasticityBlock,
     SHAPES[1]: Tolerance,
-    **winch_schema.BLOCKS,
 }
 """Each block by the last name of its place, for suggestions."""
 
@@ -120,13 +113,9 @@ class _AbsentNotNull(GenerateJsonSchema):
         return self.generate_inner(schema["schema"])
 
 
-TAGS = (*SHAPES, *winch_schema.DRUMS)
-"""Steps of pydantic's error locations that are no places in the file."""
-
-
-def json_schema() -> dict[str, Any]:
-    """Return the JSON Schema (draft 2020-12) of ``cdpr-robot/1``."""
-    schema = RobotBlock.model_json_schema(schema_generator=_AbsentNotNull)
+def json_schema(robot: type[RobotBlock]) -> dict[str, Any]:
+    """Return the JSON Schema (draft 2020-12) of ``cdpr-robot/1``, from the model with all blocks."""
+    schema = robot.model_json_schema(schema_generator=_AbsentNotNull)
     schema["title"] = ROBOT_FORMAT
     elasticity = schema["$defs"]["ElasticityBlock"]
     elasticity["oneOf"] = [{"required": [key]} for key in elasticity["properties"]]

@@ -19,8 +19,10 @@ from pydantic import (
     model_validator,
 )
 
+from cdpr_interval.robots import schema
 from cdpr_interval.robots.document import Node
 from cdpr_interval.robots.fields import (
+    SHAPES,
     Block,
     Number,
     Pair,
@@ -37,6 +39,7 @@ from cdpr_interval.robots.fields import (
     positive,
 )
 from cdpr_interval.robots.literal import quote
+from cdpr_interval.robots.schema import CableBlock, RobotBlock
 
 LARGEST_NODE = 127
 """CANopen node ids are 1 to 127."""
@@ -319,7 +322,25 @@ class WinchesBlock(Block):
     """True: ``--live`` needs no typed name; default false."""
 
 
+class CableWithWinch(CableBlock):
+    """One cable, and what moves it."""
+
+    winch: WinchBlock | None = None
+    """For every cable or for none."""
+
+
+class RobotWithWinches(RobotBlock):
+    """A cable-driven parallel robot, SI units, the unit in the key."""
+
+    cables: Annotated[list[CableWithWinch], Field(min_length=1)]  # type: ignore[assignment]
+    winches: WinchesBlock | None = None
+    """What holds for all winches together."""
+
+
 BLOCKS: dict[str, type[Block]] = {
+    **schema.BLOCKS,
+    "": RobotWithWinches,
+    "cables": CableWithWinch,
     "winch": WinchBlock,
     "winches": WinchesBlock,
     "limits": LimitsBlock,
@@ -328,3 +349,6 @@ BLOCKS: dict[str, type[Block]] = {
     **DRUMS,
 }
 """Each block by the last name of its place, for suggestions."""
+
+TAGS = (*SHAPES, *DRUMS)
+"""Steps of pydantic's error locations that are no places in the file."""

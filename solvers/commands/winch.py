@@ -121,7 +121,7 @@ def move(robot: str, **given: Any) -> int:
 
     model = _robot(robot)
     goal = _pose(given["pose"], given["quaternion"])
-    seconds = None if given["seconds"] is None else read_float(given["seconds"], "--time")
+    seconds = None if given["seconds"] is None else _positive(given["seconds"], "--time")
     live = _armed(model, given)
     limits = [winch.limits for winch in winches_of(model)]
     held, ranges, references = _measured(model, given, live)
@@ -247,7 +247,7 @@ def simulate(robot: str, **given: Any) -> int:
     share = read_float(given["share"], "--share")
     if not 0.0 <= share <= 1.0:
         raise InputError(f"--share: must be 0 to 1, got {share!r}")
-    end = None if given["seconds"] is None else read_float(given["seconds"], "--for")
+    end = None if given["seconds"] is None else _positive(given["seconds"], "--for")
     starts = lengths_at(model, _pose(given["pose"]))
     drives = [
         SimulatedDrive(winch, length, Fraction(share))
@@ -277,10 +277,23 @@ def _robot(source: str) -> Robot:
     return robot
 
 
-def _pose(text: str, quaternion: str | None = None) -> Pose:
+def _pose(text: str, quaternion: str | None = None, label: str = "--pose") -> Pose:
+    from cdpr_interval.errors import InputError
     from solvers.pose import read_pose
 
-    return read_pose(text, quaternion)
+    try:
+        return read_pose(text, quaternion)
+    except InputError as error:
+        raise InputError(*(message.replace("--pose", label) for message in error.messages)) from None
+
+
+def _positive(text: str, label: str) -> float:
+    from cdpr_interval.errors import InputError
+
+    value = read_float(text, label)
+    if value <= 0.0:
+        raise InputError(f"{label}: must be positive, got {text}")
+    return value
 
 
 def _armed(robot: Robot, given: dict[str, Any]) -> bool:
@@ -306,7 +319,7 @@ def _winches(robot: Robot, given: dict[str, Any], live: bool | None = None) -> A
     bus = given.get("bus")
     address = read_bus(bus) if bus is not None and live is not False else None
     start = given.get("start")
-    lengths = None if start is None else lengths_at(robot, _pose(start))
+    lengths = None if start is None else lengths_at(robot, _pose(start, label="--from"), "--from")
     state, log = given.get("state"), given.get("log")
     return winches(
         robot, address, None if state is None else Path(state), lengths, None if log is None else Path(log)
@@ -343,7 +356,7 @@ def _home_lengths(robot: Robot, given: dict[str, Any]) -> list[Any]:
 
     if (given["pose"] is None) == (given["lengths"] is None):
         raise InputError("home: needs either --pose or --lengths")
-    tolerance = Fraction(read_float(given["tolerance"], "--tolerance"))
+    tolerance = Fraction(_positive(given["tolerance"], "--tolerance"))
     if given["pose"] is not None:
         return [Range(x - tolerance, x + tolerance) for x in lengths_at(robot, _pose(given["pose"]))]
     ranges = read_lengths(given["lengths"], robot.cable_names, "--lengths")

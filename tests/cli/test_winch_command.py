@@ -114,6 +114,16 @@ def test_a_path_that_is_not_proved_is_refused(run):
         ),
         (["jog", "four_winches", "--cable", "c9", "--by", "0.01", "--from", "2,1.5,1"], "no cable 'c9'"),
         (["jog", "four_winches", "--cable", "c1", "--by", "0.5", "--from", "2,1.5,1"], "at most 0.1 m"),
+        (
+            ["move", "four_winches", "--from", "2,1.5,1", "--pose", "1,1,1", "--time", "0"],
+            "--time: must be positive",
+        ),
+        (["status", "four_winches", "--from", "9,9,9"], "--from: the pose is not static"),
+        (["status", "four_winches", "--from", "9,x,9"], "--from[1]: 'x' is not a number"),
+        (
+            ["jog", "four_winches", "--from", "2,1.5,1", "--cable", "c1", "--by", "0.01", "--log", "/"],
+            "log /: cannot",
+        ),
         (["status", "uc4", "--from", "1,1,1"], "robot 'uc4' has no winches"),
         (["status", "four_winches", "--bus", "nothing"], "--bus: must be INTERFACE:CHANNEL"),
         (["home", "four_winches", "--pose", "2,1.5,1"], "home: needs --bus and --state"),
