@@ -4,22 +4,18 @@ from __future__ import annotations
 
 import difflib
 import os
-from collections.abc import Collection, Mapping
-from dataclasses import dataclass
 from fractions import Fraction
 from importlib import resources
 from pathlib import Path
 from typing import Any
 
-from pydantic import ValidationError
-from pydantic_core import ErrorDetails
-
 from cdpr_interval.errors import InputError
 from cdpr_interval.robots import schema
-from cdpr_interval.robots.document import Document, Node, child, parse_document, read_document
-from cdpr_interval.robots.fields import SHAPES, Block, bounds, is_free, kind
+from cdpr_interval.robots.document import Document, child, parse_document, read_document
+from cdpr_interval.robots.fields import SHAPES, bounds
 from cdpr_interval.robots.literal import printable, quote
 from cdpr_interval.robots.model import Cable, Elasticity, Platform, Robot, Uncertain, Vector
+from cdpr_interval.robots.validation import Models
 from cdpr_interval.robots.winch import Winch
 
 LAZY = {"": ("winches",), "cables": ("winch",)}
@@ -106,46 +102,18 @@ def _robot(document: Document) -> Robot:
         document.require_valid()
     _check_names(document)
     _check_winches(document)
-    blocks = _Blocks.for_document(document)
-    try:
-        block = blocks.robot.model_validate(_plain(root))
-    except ValidationError as error:
-        for detail in error.errors(include_url=False):
-            _report(document, detail, blocks)
-        document.require_valid()
-        # Only values that are broken already failed, and those were reported.
-        raise AssertionError("a validation error was not reported") from error
-    document.require_valid()
-    return _Builder(document.sha256).robot(block)
+    return _Builder(document.sha256).robot(_models(document).validated(document))
 
 
-@dataclass(frozen=True)
-class _Blocks:
-    """The models that a file needs: those of winches take time to build, and most files have none."""
+def _models(document: Document) -> Models[schema.RobotBlock]:
+    """Return the models that a file needs: those of winches take time to build, and most files have none."""
+    root = document.root.mapping
+    cables = root["cables"].items if "cables" in root else []
+    if "winches" in root or any("winch" in cable.mapping for cable in cables):
+        from cdpr_interval.robots import winch_schema
 
-    robot: type[schema.RobotBlock]
-    by_name: Mapping[str, type[Block]]
-    tags: Collection[str]
-
-    @classmethod
-    def for_document(cls, document: Document) -> _Blocks:
-        """Return the models for a file."""
-        root = document.root.mapping
-        cables = root["cables"].items if "cables" in root else []
-        if "winches" in root or any("winch" in cable.mapping for cable in cables):
-            from cdpr_interval.robots import winch_schema
-
-            return cls(winch_schema.RobotWithWinches, winch_schema.BLOCKS, winch_schema.TAGS)
-        return cls(schema.RobotBlock, schema.BLOCKS, SHAPES)
-
-
-def _plain(node: Node) -> Any:
-    """Return mappings and lists as such, without the user's own keys; scalars as nodes."""
-    if node.is_mapping:
-        return {key: _plain(value) for key, value in node.mapping.items() if not is_free(key)}
-    if node.is_list:
-        return [_plain(entry) for entry in node.items]
-    return node
+        return Models(winch_schema.RobotWithWinches, winch_schema.BLOCKS, winch_schema.TAGS)
+    return Models(schema.RobotBlock, schema.BLOCKS, SHAPES, LAZY)
 
 
 def _check_names(document: Document) -> None:
@@ -180,28 +148,6 @@ def _check_winches(document: Document) -> None:
         other = first.setdefault(node.value, index)
         if other != index:
             document.report(node, f"{path}.node", f"{node.literal} is the node of cables[{other}] already")
-
-
-def _report(document: Document, detail: ErrorDetails, blocks: _Blocks) -> None:
-    """Add one error of pydantic to the document, at its place in the file."""
-    rule, loc, node, path = detail["type"], detail["loc"], document.root, ""
-    for step in loc:
-        if step in blocks.tags:
-            continue
-        path = child(path, step)
-        node = node.items[step] if isinstance(step, int) else node.mapping.get(step, node)
-    if rule == "extra_forbidden":
-        block = next((step for step in reversed(loc[:-1]) if isinstance(step, str)), "")
-        document.report_unknown_key(node, path, [*blocks.by_name[block].model_fields, *LAZY.get(block, ())])
-    elif rule == "missing":
-        document.report(node, path, "missing")
-    elif rule == "too_short":
-        document.report(node, path, "must hold at least one cable")
-    elif rule in ("model_type", "list_type"):
-        wanted = "a list" if rule == "list_type" else "a mapping"
-        document.report(node, path, f"must be {wanted}, got {kind(detail['input'])}")
-    else:
-        document.report(node, path, str(detail["ctx"]["error"]))
 
 
 class _Builder:

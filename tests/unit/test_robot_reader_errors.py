@@ -209,7 +209,7 @@ def test_one_error(old: str, new: str, message: str):
         ("\ud800", "1:1: not a text file (invalid UTF-8)"),
         (
             "format: cdpr-robot/1\nname: r\nplatform: {mass_kg: 1}\ncables: []",
-            "4:9: cables: must hold at least one cable",
+            "4:9: cables: must hold at least 1 entry",
         ),
         (
             "format: cdpr-robot/1\nname: r\nplatform: {mass_kg: 1}\ncables: {c1: 2}",

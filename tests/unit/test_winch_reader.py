@@ -176,7 +176,7 @@ def test_marks_and_settings():
             winch(rest=f"{GEAR}, marks: {{at: [{{name: '2', distance_m: 1}}, {{distance_m: 2}}]}}"),
             "winch.marks: two marks have the name '2'",
         ),
-        (winch(rest=f"{GEAR}, marks: {{at: []}}"), "winch.marks.at: must hold at least one"),
+        (winch(rest=f"{GEAR}, marks: {{at: []}}"), "winch.marks.at: must hold at least 1 entry"),
     ],
 )
 def test_every_rule_has_its_message(one, message):
