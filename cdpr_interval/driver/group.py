@@ -23,7 +23,7 @@ from cdpr_interval.robots.winch import Range
 
 PATIENCE = 5.0
 """s to wait for the drives; they have less themselves."""
-AHEAD = 0.2
+AHEAD = 1.0
 """s by which `follow` sends set-points ahead of their time."""
 
 Answer = TypeVar("Answer")
@@ -208,7 +208,7 @@ class WinchGroup:
         if cable not in names:
             raise InputError(f"jog: no cable {cable!r}")
         self.supervisor.jog(names.index(cable), way)
-        self._until(lambda snapshot: snapshot.state is GroupState.HOLDING, 10 * PATIENCE)
+        self._until_rest(10 * PATIENCE)
 
     def follow(self, path: Iterable[tuple[float, Sequence[float]]]) -> None:
         """Follow set-points (s from now, lengths in m), and wait for the end; times ascending and positive.
@@ -225,8 +225,11 @@ class WinchGroup:
         for number, (time, lengths) in enumerate(points):
             near = start + time - AHEAD
             self._until(lambda snapshot, near=near: self.bus.now() >= near, time + PATIENCE)  # type: ignore[misc]
+            if self.bus.now() >= start + time:
+                # Nothing can be added any more: the winches slow down by themselves, which is latched.
+                self._until(lambda snapshot: False, PATIENCE)
             self.command(lengths, start + time, number == len(points) - 1)
-        self._until(lambda snapshot: snapshot.state is GroupState.HOLDING, AHEAD + 10 * PATIENCE)
+        self._until_rest(AHEAD + 10 * PATIENCE)
 
     # Waiting.
 
@@ -240,6 +243,12 @@ class WinchGroup:
         """Let some cycles pass."""
         end = self.snapshot.cycle + count
         self.wait(lambda snapshot: snapshot.cycle >= end, max(count * self.supervisor.period * 4, 0.1))
+
+    def _until_rest(self, timeout: float) -> None:
+        """Wait until the targets rest, and the drives, which get a target one cycle later, are there."""
+        self._until(lambda snapshot: snapshot.state is GroupState.HOLDING, timeout)
+        last = self.snapshot.cycle + 2
+        self._until(lambda snapshot: snapshot.cycle >= last, PATIENCE)
 
     def _until(self, condition: Callable[[Snapshot], bool], timeout: float) -> None:
         """Wait for a condition; `WinchesStopped` when something is latched meanwhile or time is over."""

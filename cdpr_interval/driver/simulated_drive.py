@@ -105,6 +105,8 @@ class SimulatedDrive:
         self._control = 0
         self._target = self.first_reading
         self._wait = 0.0
+        self._since = 0.0
+        self._motor_before = self.motor
         self._stuck_at: int | None = None
         self._probe_function = 0
         self.probe_status = 0
@@ -165,6 +167,10 @@ class SimulatedDrive:
 
     def receive(self, command: Command) -> None:
         """Take the process data of a cycle."""
+        if self._since > 0.0:
+            # The motor jumps to each target; how fast it goes is what it does from one to the next.
+            self.velocity = (self.motor - self._motor_before) / self._since
+            self._since, self._motor_before = 0.0, self.motor
         self.mode = 0 if FaultKind.REFUSED_MODE in self.faults else command.mode
         state = cia402.answer(self.state, command.control, self._control)
         if self.state is DriveState.FAULT and state is DriveState.DISABLED:
@@ -224,14 +230,17 @@ class SimulatedDrive:
             goal = self._target - self.first_reading
             reach = self._count_speed * seconds
             self.motor += min(max(goal - self.motor, -reach), reach)
-            self.velocity = (self.motor - before) / seconds
+            self._since += seconds
         elif self.state in (DriveState.QUICK_STOP, DriveState.FAULT_REACTION):
             self._brake(seconds)
         else:
-            self.velocity = 0.0
+            self._stand()
         self._wait -= seconds
         self._leave_passing_states()
         self._look_for_marks(before)
+
+    def _stand(self) -> None:
+        self.velocity, self._since, self._motor_before = 0.0, 0.0, self.motor
 
     def _brake(self, seconds: float) -> None:
         slower = max(abs(self.velocity) - self._count_braking * seconds, 0.0)
