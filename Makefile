@@ -18,7 +18,7 @@ $(INSTALLED): pyproject.toml
 	@test -x $(BIN)/python || { $(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' \
 	  || { echo "$(PYTHON) is older than 3.11; name another one: make PYTHON=python3.12 ..." >&2; exit 1; }; \
 	  $(PYTHON) -m venv $(VENV); }
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[dev,driver]'
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[dev,driver,plot,report,cluster]'
 	@touch $@
 
 install: $(INSTALLED) ## create .venv and install the package with its development tools

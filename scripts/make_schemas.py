@@ -5,22 +5,27 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
+from cdpr_interval.robots.fields import schema_of
 from cdpr_interval.robots.schema import json_schema
 from cdpr_interval.robots.winch_schema import RobotWithWinches
+from solvers.batch.job_schema import BATCH_FORMAT, BatchBlock
 
-FOLDER = Path(__file__).parents[1] / "cdpr_interval" / "robots" / "schemas"
+ROOT = Path(__file__).parents[1]
 
 
 def schemas() -> dict[str, str]:
-    """Return the text of each schema file by its name."""
-    return {"cdpr-robot-1.schema.json": json.dumps(json_schema(RobotWithWinches), indent=1) + "\n"}
+    """Return the text of each schema file by its place in the repository."""
+    models = {
+        "cdpr_interval/robots/schemas/cdpr-robot-1.schema.json": json_schema(RobotWithWinches),
+        "solvers/schemas/cdpr-batch-1.schema.json": schema_of(BatchBlock, BATCH_FORMAT),
+    }
+    return {name: json.dumps(schema, indent=1) + "\n" for name, schema in models.items()}
 
 
 def main() -> None:
     """Write every file."""
-    FOLDER.mkdir(exist_ok=True)
     for name, text in schemas().items():
-        (FOLDER / name).write_text(text, encoding="utf-8")
+        (ROOT / name).write_text(text, encoding="utf-8")
 
 
 if __name__ == "__main__":

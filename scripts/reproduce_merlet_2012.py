@@ -1,14 +1,17 @@
 """Print the degrees and numbers of Merlet 2012, "The kinematics of the redundant N-1 wire driven robot".
 
 Each line holds the paper's value and ours; what in the paper is wrong or must be read differently is said
-where it matters. ``python scripts/reproduce_merlet_2012.py`` computes everything in half a minute.
+where it matters. ``python scripts/reproduce_merlet_2012.py`` computes everything in half a minute; with
+``--tables`` the Monte-Carlo study of section IV.B instead.
 """
 
 from __future__ import annotations
 
+import argparse
 import random
 from collections.abc import Iterator, Sequence
 
+import merlet_2012_tables
 import numpy as np
 from flint import fmpq, fmpz_poly
 
@@ -135,7 +138,14 @@ def condition_degrees(statics: Statics) -> list[tuple[int, int, int]]:
 
 
 def main() -> None:
-    """Print the table."""
+    """Print the table, or with ``--tables`` the sensitivity study."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--tables", action="store_true", help="the Monte-Carlo study of IV.B instead")
+    parser.add_argument("--samples", type=int, help="of each study instead of 1000 or 3000")
+    arguments = parser.parse_args()
+    if arguments.tables:
+        merlet_2012_tables.print_studies(SEED, arguments.samples)
+        return
     print(f"seed {SEED}; degrees modulo {PRIME}, factors over Q")
     print(f"{'':70}{'paper':28}here")
     for what, paper, ours in rows():

@@ -80,6 +80,15 @@ def certificate_document(
     }
 
 
+def certificate_bytes(problem: Problem, options: Options, result: Result) -> bytes:
+    """Return a result's certificate as it is written to a file; ``options.record`` holds its searches."""
+    from certificates.container import pack
+    from solvers.certificate_entries import subset_entries
+
+    entries = subset_entries(problem, options, result)
+    return pack(certificate_document(problem, options, result, entries, []))
+
+
 def named(entry: Json) -> set[int]:
     """Return the solutions that an entry names."""
     poses = list(entry.get("point", {}).get("poses", []))

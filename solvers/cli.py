@@ -22,8 +22,10 @@ from cdpr_interval.errors import InputError, NotSupportedError
 COMMANDS = {
     "fk": "solvers.commands.fk",
     "ik": "solvers.commands.ik",
+    "batch": "solvers.commands.batch",
     "check": "solvers.commands.check",
     "polynomial": "solvers.commands.polynomial",
+    "report": "solvers.commands.report",
     "validate": "solvers.commands.validate",
     "winch": "solvers.commands.winch",
 }

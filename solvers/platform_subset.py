@@ -57,9 +57,13 @@ class SubsetSearch:
     cells: int = 0
     stop: Stop = Stop.EXHAUSTED
 
-    def solve(self) -> None:
-        """Run all rounds of the search in u, then of the search in (u, x) on what it hands on."""
-        folded = self.rounds(start_cells(self.reduction), in_position=False)
+    def solve(self, cells: Floats | None = None) -> None:
+        """Run all rounds of the search in u, then of the search in (u, x) on what it hands on.
+
+        ``cells``: where to search; the default is everywhere.
+        """
+        everywhere = start_cells(self.reduction) if cells is None else cells
+        folded = self.rounds(everywhere, in_position=False)
         if len(folded) and self.stop is Stop.EXHAUSTED:
             self.rounds(position_cells(self.model, folded), in_position=True)
 

@@ -11,6 +11,7 @@ import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,6 +22,8 @@ from cdpr_interval.robots.model import Robot, Vector
 from solvers.problem import LengthRange, Problem
 from solvers.result import Bounds
 
+MOST_KEPT = 8
+"""Robots whose arrays are kept: a controller asks about one or a few robots again and again."""
 NO_LOAD = "load: the weight and the external force cancel; without a load the pose is not determined"
 
 
@@ -78,15 +81,16 @@ def _root(x: Fraction) -> tuple[Fraction, Fraction]:
     return low * unit, (low + 1) * unit
 
 
+@lru_cache(maxsize=MOST_KEPT)
 def up_direction(gravity: Vector) -> tuple[tuple[Fraction, Fraction], ...]:
     """Enclose the unit vector against gravity, exact ranges."""
     lo, hi = _root(sum((g * g for g in gravity), Fraction(0)))
     return tuple((min(-g / lo, -g / hi), max(-g / lo, -g / hi)) for g in gravity)
 
 
-def _frame(robot: Robot, unit: float, force_unit: float) -> Bounds:
-    origin, centre = robot.cables[0].frame_anchor, robot.platform.centre_of_mass
-    up = up_direction(robot.gravity)
+@lru_cache(maxsize=MOST_KEPT)
+def _frame(origin: Vector, centre: Vector, gravity: Vector, unit: float, force_unit: float) -> Bounds:
+    up = up_direction(gravity)
     height_lo = sum((min(u[0] * a, u[1] * a) for u, a in zip(up, origin, strict=True)), Fraction(0))
     height_hi = sum((max(u[0] * a, u[1] * a) for u, a in zip(up, origin, strict=True)), Fraction(0))
     rows = [(unit, unit), (force_unit, force_unit)]
@@ -110,12 +114,8 @@ def build_arrays(robot: Robot, load: Vector) -> RobotArrays:
     if robot.is_mixed:
         raise NotSupportedError("elastic and inextensible cables in one robot are not supported yet")
     origin = robot.cables[0].frame_anchor
-    relative = [
-        tuple(a - o for a, o in zip(cable.frame_anchor, origin, strict=True)) for cable in robot.cables
-    ]
-    span = max((abs(x) for anchor in relative for x in anchor), default=Fraction(0))
-    unit, force_unit = power_of_two(span), _force_unit(load)
-    exact_unit = Fraction(unit)
+    unit, anchors = _anchors(tuple(cable.frame_anchor for cable in robot.cables))
+    force_unit = _force_unit(load)
     return RobotArrays(
         robot=robot,
         load_exact=load,
@@ -123,17 +123,32 @@ def build_arrays(robot: Robot, load: Vector) -> RobotArrays:
         constant=np.array(
             [c.elasticity is not None and c.elasticity.stiffness is not None for c in robot.cables]
         ),
-        anchors=_bounds(x / exact_unit for anchor in relative for x in anchor).reshape(-1, 3, 2),
-        given=_given(robot, exact_unit, Fraction(force_unit)),
+        anchors=anchors,
+        given=_given(robot, Fraction(unit), Fraction(force_unit)),
         load=_load_bounds(load, force_unit),
-        frame=_frame(robot, unit, force_unit),
+        frame=_frame(origin, robot.platform.centre_of_mass, robot.gravity, unit, force_unit),
     )
 
 
+@lru_cache(maxsize=MOST_KEPT)
+def _anchors(anchors: tuple[Vector, ...]) -> tuple[float, Bounds]:
+    """Return the unit of length, and the exit points (N, 3, 2) in it relative to the first.
+
+    Kept, like all of a robot that does not depend on its springs: a batch asks for thousands of robots that
+    differ in nothing else.
+    """
+    relative = [x - o for anchor in anchors for x, o in zip(anchor, anchors[0], strict=True)]
+    unit = power_of_two(max(abs(x) for x in relative))
+    exact = Fraction(unit)
+    return unit, _bounds(x / exact for x in relative).reshape(-1, 3, 2)
+
+
+@lru_cache(maxsize=MOST_KEPT)
 def _force_unit(load: Vector) -> float:
     return power_of_two(max(abs(x) for x in load))
 
 
+@lru_cache(maxsize=MOST_KEPT)
 def _load_bounds(load: Vector, force_unit: float) -> Bounds:
     unit = Fraction(force_unit)
     return _bounds(x / unit for x in load)
@@ -173,8 +188,6 @@ def with_load(arrays: RobotArrays, load: Vector) -> RobotArrays:
     return replace(arrays, load_exact=load, load=bounds, given=given, frame=frame)
 
 
-MOST_KEPT = 8
-"""Robots whose arrays are kept: a controller asks about one or a few robots again and again."""
 _kept: tuple[tuple[Robot, Vector, RobotArrays], ...] = ()
 """The latest first. Never changed in place: threads replace it, and the worst a race loses is an entry."""
 

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 from cdpr_interval.robots.model import Robot, Vector
 
 if TYPE_CHECKING:
+    from solvers.platform_parts import Parts
     from solvers.record import Record
 
 LengthRange = tuple[Fraction, Fraction]
@@ -58,6 +59,8 @@ class Options:
     """Called a few times a second from the thread that asked."""
     record: Record | None = None
     """Keeps what a certificate needs of the searches."""
+    parts: Parts | None = None
+    """Searches of a platform's subsets that were done elsewhere; the others are done here."""
 
 
 @dataclass(frozen=True)

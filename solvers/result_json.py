@@ -138,7 +138,8 @@ def _names(indices: Sequence[int], names: Sequence[str]) -> list[str]:
 
 
 def _numbers(bounds: Bounds) -> Any:
-    return _finite(np.asarray(bounds, dtype=np.float64).tolist())
+    numbers = np.asarray(bounds, dtype=np.float64)
+    return numbers.tolist() if np.isfinite(numbers).all() else _finite(numbers.tolist())
 
 
 def _finite(value: Any) -> Any:

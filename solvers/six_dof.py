@@ -13,6 +13,7 @@ from solvers.platform_clusters import anywhere, clusters
 from solvers.platform_families import Classification, Kind
 from solvers.platform_frame import Pose, lies_in, pose_of
 from solvers.platform_merge import absorb, distinct, is_open, shared
+from solvers.platform_parts import put_together
 from solvers.platform_point import point_solution, poses_at
 from solvers.platform_prepared import kind_of, lengths_of, prepared
 from solvers.platform_reach import reach_message
@@ -92,6 +93,8 @@ class Run:
         self.budget = Budget(options.time_limit, options.cell_limit)
         self.total = len(subsets(problem))
         self.found: list[tuple[tuple[int, ...], Found, float]] = []
+        self.stopped: Stop | None = None
+        """Why a search ended early, here or elsewhere."""
         self.ends: list[FamilyEnd] = []
         self.ends_known = problem.taut is None
         """Smaller subsets come first; of one subset alone the parts are solved when they are needed."""
@@ -133,8 +136,8 @@ class Run:
         if kind.kind in (Kind.ONE_POINT, Kind.FREE_TURNING):
             self.examine_point(taut, kind, found)
             return
-        for reduced in reduced_problems(self.robot, self.lengths, self.options, taut):
-            self.search(taut, kind, reduced, found)
+        for frame, reduced in enumerate(reduced_problems(self.robot, self.lengths, self.options, taut)):
+            self.search(taut, kind, frame, reduced, found)
 
     def examine_point(self, taut: tuple[int, ...], kind: Classification, found: Found) -> None:
         """Families (c) and (d)."""
@@ -157,18 +160,25 @@ class Run:
         found.solutions += solutions
         self.ends += ends
 
-    def search(self, taut: tuple[int, ...], kind: Classification, reduced: Reduced, found: Found) -> None:
-        """Search one reduced problem and turn its roots into solutions."""
+    def search(
+        self, taut: tuple[int, ...], kind: Classification, frame: int, reduced: Reduced, found: Found
+    ) -> None:
+        """Search one reduced problem, or take what was found elsewhere, and turn its roots into solutions."""
         subset = SubsetSearch(
             reduced.model, reduced.reduction, self.budget, self.options.threads, self.reporter(found)
         )
-        subset.solve()
+        parts = None if self.options.parts is None else self.options.parts.get((taut, frame))
+        if parts is None:
+            subset.solve()
+        else:
+            put_together(subset, reduced, parts)
         if self.options.record is not None:
             self.options.record.keep(taut, reduced, subset)
         found.cells += subset.cells
         found.pending += subset.pending
         if subset.stop is not Stop.EXHAUSTED:
             found.pending = max(found.pending, 1)
+            self.stopped = subset.stop
         self.add_roots(taut, kind, reduced, distinct(subset.roots, reduced.frame), found)
         found.undecided += clusters(self.problem, taut, reduced, subset, kind.vertical or kind.rod)
 
@@ -248,7 +258,7 @@ class Run:
         solutions = shared([s for _, f, _ in self.found for s in f.solutions], names)
         undecided = [u for _, f, _ in self.found for u in f.undecided]
         solutions, undecided = absorb(solutions, undecided, names)
-        stop = self.budget.stop()
+        stop = self.budget.stop() or self.stopped
         pending = sum(f.pending for _, f, _ in self.found)
         reason = StopReason(stop.value) if stop is not None and pending else StopReason.EXHAUSTED
         nothing = not (solutions or undecided or pending)

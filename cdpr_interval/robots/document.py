@@ -174,14 +174,17 @@ def read_document(path: str | os.PathLike[str]) -> Document:
         When there is no tree: missing file, directory, too large, not text, wrong syntax, nested
         too deeply, empty.
     """
-    file = os.fspath(path)
+    return parse_document(read_bytes(path), os.fspath(path))
+
+
+def read_bytes(path: str | os.PathLike[str]) -> bytes:
+    """Return the contents of a file, not more than shows that it is too large; `InputError`: unreadable."""
     try:
         with Path(path).open("rb") as stream:
-            data = stream.read(LARGEST_FILE + 1)
+            return stream.read(LARGEST_FILE + 1)
     except (OSError, ValueError) as error:
         reason = error.strerror if isinstance(error, OSError) and error.strerror else str(error)
-        raise InputError(f"{printable(file)}: cannot be read: {reason}") from None
-    return parse_document(data, file)
+        raise InputError(f"{printable(os.fspath(path))}: cannot be read: {reason}") from None
 
 
 def parse_document(data: bytes | str, file: str = "<text>") -> Document:

@@ -7,6 +7,7 @@ stays the exact fraction of its literal.
 from __future__ import annotations
 
 import re
+from collections.abc import Collection
 from fractions import Fraction
 from typing import Annotated, Any
 
@@ -20,6 +21,8 @@ from pydantic import (
     Tag,
     WithJsonSchema,
 )
+from pydantic.json_schema import GenerateJsonSchema, JsonSchemaValue
+from pydantic_core import core_schema
 
 from cdpr_interval.robots.document import Node
 from cdpr_interval.robots.literal import quote, read_number
@@ -171,3 +174,83 @@ def tension_limits(value: tuple[Fraction, Fraction]) -> tuple[Fraction, Fraction
 
 
 Positive = Annotated[Quantity, AfterValidator(positive)]
+PositiveNumber = Annotated[Number, AfterValidator(positive)]
+NotNegativeNumber = Annotated[Number, AfterValidator(at_least_zero)]
+Name = Annotated[Text, AfterValidator(one_line)]
+
+
+def flag(value: object) -> bool:
+    """Return true or false."""
+    if isinstance(value, Node) and isinstance(value.value, bool):
+        return value.value
+    raise ValueError(f"must be true or false, got {kind(value)}")
+
+
+Flag = Annotated[bool, PlainValidator(flag), WithJsonSchema({"type": "boolean"})]
+
+
+def integer(least: int, most: int) -> Any:
+    """Return the type of an integer between two bounds."""
+
+    def check(value: object) -> int:
+        found = number(value)
+        if found.denominator != 1 or not least <= found <= most:
+            raise ValueError(f"must be an integer from {least} to {most}, got {decimal(found)}")
+        return int(found)
+
+    rule = {"type": "integer", "minimum": least, "maximum": most}
+    return Annotated[int, PlainValidator(check), WithJsonSchema(rule)]
+
+
+def one_of(*names: str) -> Any:
+    """Return the type of a text that is one of a few."""
+
+    def check(value: object) -> str:
+        if isinstance(value, Node) and value.value in names:
+            return str(value.value)
+        raise ValueError(f"must be one of {', '.join(names)}, got {kind(value)}")
+
+    return Annotated[str, PlainValidator(check), WithJsonSchema({"enum": list(names)})]
+
+
+def constant(name: str) -> Any:
+    """Return the type of a key ``type`` that `known_type` has checked already."""
+    return Annotated[str, PlainValidator(lambda value: name), WithJsonSchema({"const": name})]
+
+
+def type_tag(value: Any) -> str:
+    """Return the tag of a block that says in ``type`` what it is."""
+    given = value["type"]
+    return f"<{given.value}>" if isinstance(given, Node) and isinstance(given.value, str) else ""
+
+
+def known_type(tags: Collection[str]) -> BeforeValidator:
+    """Return a check that a mapping's ``type`` is one of some tags, before its model is chosen."""
+
+    def check(value: object) -> object:
+        if not isinstance(value, dict):
+            raise ValueError(f"must be a mapping, got {kind(value)}")
+        names = ", ".join(tag.strip("<>") for tag in tags)
+        if "type" not in value:
+            raise ValueError(f"type is missing, must be one of {names}")
+        if type_tag(value) not in tags:
+            raise ValueError(f"type must be one of {names}, got {kind(value['type'])}")
+        return value
+
+    return BeforeValidator(check)
+
+
+class _AbsentNotNull(GenerateJsonSchema):
+    """An optional key may be absent, never null."""
+
+    def nullable_schema(self, schema: core_schema.NullableSchema) -> JsonSchemaValue:
+        return self.generate_inner(schema["schema"])
+
+    def default_schema(self, schema: core_schema.WithDefaultSchema) -> JsonSchemaValue:
+        return self.generate_inner(schema["schema"])
+
+
+def schema_of(model: type[Block], title: str) -> dict[str, Any]:
+    """Return the JSON Schema (draft 2020-12) of a format from its model."""
+    schema = model.model_json_schema(schema_generator=_AbsentNotNull)
+    return {"$schema": "https://json-schema.org/draft/2020-12/schema", **schema, "title": title}

@@ -11,7 +11,7 @@ from typing import Any
 
 from cdpr_interval.errors import InputError
 from cdpr_interval.robots import schema
-from cdpr_interval.robots.document import Document, child, parse_document, read_document
+from cdpr_interval.robots.document import Document, child, parse_document, read_bytes
 from cdpr_interval.robots.fields import SHAPES, bounds
 from cdpr_interval.robots.literal import printable, quote
 from cdpr_interval.robots.model import Cable, Elasticity, Platform, Robot, Uncertain, Vector
@@ -47,15 +47,20 @@ def load_robot(source: str | os.PathLike[str]) -> Robot:
     InputError
         With one line per error; see `parse_robot`.
     """
+    return parse_robot(*read_robot(source))
+
+
+def read_robot(source: str | os.PathLike[str]) -> tuple[bytes, str]:
+    """Return the contents of a robot file or of a shipped robot, and its name; see `load_robot`."""
     text = os.fspath(source)
     name = text.removesuffix(".yaml")
     shipped = shipped_robots()
     if name in shipped and not Path(text).is_file():
         file = f"{name}.yaml"
-        return parse_robot(resources.files(__package__).joinpath("library", file).read_bytes(), file)
+        return resources.files(__package__).joinpath("library", file).read_bytes(), file
     if "\0" not in text and not os.path.lexists(text):
         raise InputError(_not_found(text, shipped))
-    return _robot(read_document(text))
+    return read_bytes(text), text
 
 
 def parse_robot(data: bytes | str, file: str = "<text>") -> Robot:

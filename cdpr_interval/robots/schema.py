@@ -8,8 +8,6 @@ from __future__ import annotations
 from typing import Annotated, Any
 
 from pydantic import AfterValidator, Field, PlainValidator, WithJsonSchema, model_validator
-from pydantic.json_schema import GenerateJsonSchema, JsonSchemaValue
-from pydantic_core import core_schema
 
 from cdpr_interval.robots.fields import (
     CABLE_NAME,
@@ -24,6 +22,7 @@ from cdpr_interval.robots.fields import (
     kind,
     not_zero,
     one_line,
+    schema_of,
     tension_limits,
     text,
 )
@@ -103,20 +102,9 @@ BLOCKS: dict[str, type[Block]] = {
 """Each block by the last name of its place, for suggestions."""
 
 
-class _AbsentNotNull(GenerateJsonSchema):
-    """An optional key may be absent, never null."""
-
-    def nullable_schema(self, schema: core_schema.NullableSchema) -> JsonSchemaValue:
-        return self.generate_inner(schema["schema"])
-
-    def default_schema(self, schema: core_schema.WithDefaultSchema) -> JsonSchemaValue:
-        return self.generate_inner(schema["schema"])
-
-
 def json_schema(robot: type[RobotBlock]) -> dict[str, Any]:
     """Return the JSON Schema (draft 2020-12) of ``cdpr-robot/1``, from the model with all blocks."""
-    schema = robot.model_json_schema(schema_generator=_AbsentNotNull)
-    schema["title"] = ROBOT_FORMAT
+    schema = schema_of(robot, ROBOT_FORMAT)
     elasticity = schema["$defs"]["ElasticityBlock"]
     elasticity["oneOf"] = [{"required": [key]} for key in elasticity["properties"]]
-    return {"$schema": "https://json-schema.org/draft/2020-12/schema", **schema}
+    return schema

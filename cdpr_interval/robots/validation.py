@@ -50,7 +50,8 @@ class Models(Generic[Root]):
             node = node.items[step] if isinstance(step, int) else node.mapping.get(step, node)
         if rule == "extra_forbidden":
             block = next((step for step in reversed(loc[:-1]) if isinstance(step, str)), "")
-            known = [*self.by_name[block].model_fields, *self.further.get(block, ())]
+            fields = self.by_name[block].model_fields
+            known = [*(field.alias or name for name, field in fields.items()), *self.further.get(block, ())]
             document.report_unknown_key(node, path, known)
         elif rule == "missing":
             document.report(node, path, "missing")

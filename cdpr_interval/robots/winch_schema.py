@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
 from fractions import Fraction
 from itertools import pairwise
 from typing import Annotated, Any
 
 from pydantic import (
     AfterValidator,
-    BeforeValidator,
     Discriminator,
     Field,
     PlainValidator,
@@ -24,19 +22,24 @@ from cdpr_interval.robots.document import Node
 from cdpr_interval.robots.fields import (
     SHAPES,
     Block,
+    Flag,
+    Name,
+    NotNegativeNumber,
     Number,
     Pair,
     Positive,
+    PositiveNumber,
     Quantity,
-    Text,
     at_least_zero,
     bounds,
+    constant,
     decimal,
+    integer,
     kind,
+    known_type,
     list_of,
     number,
-    one_line,
-    positive,
+    type_tag,
 )
 from cdpr_interval.robots.literal import quote
 from cdpr_interval.robots.schema import CableBlock, RobotBlock
@@ -48,16 +51,6 @@ MOST_COUNTS = 2**31
 BELOW_TWO_PI = Fraction(6283185307179586, 10**15)
 """A little less than 2 pi, for a check that must not refuse too much."""
 RATIO = re.compile(r"([0-9]{1,9}):([0-9]{1,9})")
-
-
-def _count(least: int, most: int) -> Callable[[object], int]:
-    def check(value: object) -> int:
-        found = number(value)
-        if found.denominator != 1 or not least <= found <= most:
-            raise ValueError(f"must be an integer from {least} to {most}, got {decimal(found)}")
-        return int(found)
-
-    return check
 
 
 def _ratio(value: object) -> Fraction:
@@ -79,12 +72,6 @@ def _sign(value: object) -> int:
     return int(found)
 
 
-def _flag(value: object) -> bool:
-    if isinstance(value, Node) and isinstance(value.value, bool):
-        return value.value
-    raise ValueError(f"must be true or false, got {kind(value)}")
-
-
 def _rising(value: tuple[Fraction, Fraction]) -> tuple[Fraction, Fraction]:
     if value[0] <= 0 or value[0] == value[1]:
         got = f"[{decimal(value[0])}, {decimal(value[1])}]"
@@ -97,31 +84,18 @@ def _not_negative(value: Any) -> Any:
     return value
 
 
-def _type_of(name: str) -> Any:
-    """Return the type of a drum's key ``type``, checked already."""
-    return Annotated[str, PlainValidator(lambda value: name), WithJsonSchema({"const": name})]
-
-
-PositiveNumber = Annotated[Number, AfterValidator(positive)]
-NotNegativeNumber = Annotated[Number, AfterValidator(at_least_zero)]
 NotNegative = Annotated[Quantity, AfterValidator(_not_negative)]
 Ratio = Annotated[
     Fraction,
     PlainValidator(_ratio),
     WithJsonSchema({"anyOf": [{"type": "string", "pattern": f"^{RATIO.pattern}$"}, {"type": "integer"}]}),
 ]
-Name = Annotated[Text, AfterValidator(one_line)]
-
-
-def _integer(least: int, most: int) -> Any:
-    rule = {"type": "integer", "minimum": least, "maximum": most}
-    return Annotated[int, PlainValidator(_count(least, most)), WithJsonSchema(rule)]
 
 
 class HelicalBlock(Block):
     """A grooved drum with one layer."""
 
-    type: _type_of("helical")  # type: ignore[valid-type]
+    type: constant("helical")  # type: ignore[valid-type]
     groove_radius_m: Positive
     """To the bottom of the groove."""
     cable_diameter_m: Positive
@@ -132,11 +106,11 @@ class HelicalBlock(Block):
 class MultilayerBlock(Block):
     """A drum on which the cable winds over itself."""
 
-    type: _type_of("multilayer")  # type: ignore[valid-type]
+    type: constant("multilayer")  # type: ignore[valid-type]
     core_radius_m: Positive
     cable_diameter_m: Positive
     turns_per_layer: PositiveNumber
-    layers: _integer(1, 1000)  # type: ignore[valid-type]
+    layers: integer(1, 1000)  # type: ignore[valid-type]
     cable_length_m: PositiveNumber
     """Paid out when the drum is bare."""
     packing: Positive | None = None
@@ -158,7 +132,7 @@ def _ascending_points(value: list[tuple[Fraction, Fraction]]) -> list[tuple[Frac
 class TableBlock(Block):
     """Measured points, straight lines between them."""
 
-    type: _type_of("table")  # type: ignore[valid-type]
+    type: constant("table")  # type: ignore[valid-type]
     points_turns_m: Annotated[list[Point], Field(min_length=2), AfterValidator(_ascending_points)]
     """Drum turns and paid-out length, both ascending."""
     error_m: NotNegativeNumber
@@ -168,7 +142,7 @@ class TableBlock(Block):
 class LinearBlock(Block):
     """Drum, gear and encoder in one number."""
 
-    type: _type_of("linear")  # type: ignore[valid-type]
+    type: constant("linear")  # type: ignore[valid-type]
     metres_per_count: Positive
 
 
@@ -181,28 +155,12 @@ DRUMS: dict[str, type[Block]] = {
 """Each drum by its tag in pydantic's error locations."""
 
 
-def _known_type(value: object) -> object:
-    if not isinstance(value, dict):
-        raise ValueError(f"must be a mapping, got {kind(value)}")
-    names = ", ".join(tag.strip("<>") for tag in DRUMS)
-    if "type" not in value:
-        raise ValueError(f"type is missing, must be one of {names}")
-    if _drum_tag(value) not in DRUMS:
-        raise ValueError(f"type must be one of {names}, got {kind(value['type'])}")
-    return value
-
-
-def _drum_tag(value: Any) -> str:
-    given = value["type"]
-    return f"<{given.value}>" if isinstance(given, Node) and isinstance(given.value, str) else ""
-
-
 DrumBlock = Annotated[
     Annotated[HelicalBlock, Tag("<helical>")]
     | Annotated[MultilayerBlock, Tag("<multilayer>")]
     | Annotated[TableBlock, Tag("<table>")]
     | Annotated[LinearBlock, Tag("<linear>")],
-    Discriminator(_drum_tag),
+    Discriminator(type_tag),
 ]
 
 
@@ -256,12 +214,12 @@ class MarksBlock(Block):
 class WinchBlock(Block):
     """The winch of one cable."""
 
-    node: _integer(1, LARGEST_NODE)  # type: ignore[valid-type]
+    node: integer(1, LARGEST_NODE)  # type: ignore[valid-type]
     """CANopen node id."""
-    drum: Annotated[DrumBlock, BeforeValidator(_known_type)]
+    drum: Annotated[DrumBlock, known_type(DRUMS)]
     gear_ratio: Ratio | None = None
     """Motor turns to drum turns, ``a:b`` or an integer."""
-    counts_per_turn: _integer(1, MOST_COUNTS) | None = None  # type: ignore[valid-type]
+    counts_per_turn: integer(1, MOST_COUNTS) | None = None  # type: ignore[valid-type]
     """Of the motor."""
     sign: Annotated[int, PlainValidator(_sign), WithJsonSchema({"enum": [1, -1]})] | None = None
     """1: counts grow while cable is paid out (default)."""
@@ -318,7 +276,7 @@ class WinchesBlock(Block):
     """How far the following errors of two cables may differ; absent: not looked at."""
     correction_rate_m_s: PositiveNumber | None = None
     """At which the correction by a mark is worked off; default 0.01."""
-    armed: Annotated[bool, PlainValidator(_flag), WithJsonSchema({"type": "boolean"})] | None = None
+    armed: Flag | None = None
     """True: ``--live`` needs no typed name; default false."""
 
 

@@ -67,7 +67,9 @@ def command(robot: str, **given: Any) -> int:
             # Even when the disk is full, what was computed is shown.
             _show(result, table=not given["quiet"] and (target is None or not target.is_stdout))
         if certificate is not None:
-            certificate.write_bytes(_certificate(problem, options, result))
+            from solvers.certificate import certificate_bytes
+
+            certificate.write_bytes(certificate_bytes(problem, options, result))
     if given["verbose"]:
         _log(result)
     return _exit_code(result)
@@ -178,15 +180,6 @@ def _solve(problem: Problem, options: Options, quiet: bool) -> Result:
         return answer_question(problem, options)
     with ProgressDisplay(sys.stderr) as display:
         return answer_question(problem, replace(options, progress=display))
-
-
-def _certificate(problem: Problem, options: Options, result: Result) -> bytes:
-    from certificates.container import pack
-    from solvers.certificate import certificate_document
-    from solvers.certificate_entries import subset_entries
-
-    entries = subset_entries(problem, options, result)
-    return pack(certificate_document(problem, options, result, entries, []))
 
 
 def _show(result: Result, table: bool) -> None:

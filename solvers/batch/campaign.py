@@ -1,0 +1,165 @@
+"""A batch in its folder, from the job file to the tables: what the command does, for Python callers too."""
+
+from __future__ import annotations
+
+import itertools
+import json
+import time
+from collections.abc import Callable
+from contextlib import ExitStack
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from cdpr_interval.errors import InputError
+from cdpr_interval.robots.document import parse_document
+from cdpr_interval.robots.literal import printable
+from cdpr_interval.robots.validation import Models
+from solvers.batch import job_schema, tables
+from solvers.batch.executor import Executor
+from solvers.batch.job_file import Batch, Outputs, outputs_of
+from solvers.batch.ledger import FILE, Ledger
+from solvers.batch.run import BatchProgress, BatchRun
+from solvers.batch.summary import Summary, write_summary
+from solvers.batch.work import Chunk, Task, solve_chunk
+from solvers.tool import this_tool
+
+ESTIMATE_SECONDS = 10.0
+"""Time that an estimate may take."""
+ESTIMATE_SECONDS_A_JOB = 2.0
+"""After which one of them is given up."""
+ESTIMATE_JOBS = 3
+"""Tried of each problem and robot."""
+JOB_FILE = "jobs.yaml"
+STOPPED = '"stop_reason":"time_limit"'
+"""In the text of an answer."""
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """What a batch would take."""
+
+    jobs: int
+    is_lower_bound: bool
+    """True: a job that was tried took longer than the time for it."""
+    seconds_per_job: float | None
+    """Mean over the jobs that were tried; None: not one ended in time."""
+    tried: int
+
+
+def begin(batch: Batch, folder: Path) -> Ledger:
+    """Write the ledger of a new batch, or open the one of this very batch; see `Ledger` for the errors.
+
+    Raises
+    ------
+    InputError
+        The folder cannot be written, or holds another batch.
+    """
+    if batch.outputs.parquet:
+        tables.require_parquet()
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(f"--out: {printable(str(folder))}: {error.strerror}") from None
+    version = this_tool().version
+    if not (folder / FILE).exists():
+        return Ledger.create(folder, batch.text, version, batch.settings, batch.robots, batch.jobs())
+    ledger = Ledger.open(folder, version)
+    robots = {robot.robot.sha256 for robot in batch.robots}
+    if ledger.fact("job_file") != batch.text.decode("utf-8", "replace") or set(ledger.robots()) != robots:
+        ledger.close()
+        raise InputError(f"--out: {printable(str(folder))} holds another batch (job file or robots differ)")
+    return ledger
+
+
+def proceed(ledger: Ledger, executor: Executor, report: Callable[[BatchProgress], None]) -> dict[str, Any]:
+    """Solve what is pending, write the tables, and return the summary."""
+    BatchRun(ledger, executor, report).run()
+    return write_tables(ledger)
+
+
+def write_tables(ledger: Ledger) -> dict[str, Any]:
+    """Write the summary and the tables the job file asks for, in one pass, and return the summary."""
+    wanted = asdict(_outputs(ledger))
+    names, cables, found = _robot_names(ledger), tables.cable_names(ledger), Summary(ledger)
+    with ExitStack() as stack:
+        files = [stack.enter_context(tables.written(ledger, kind)) for kind in wanted if wanted[kind]]
+        for job in ledger.recorded():
+            rows = list(tables.job_rows(job, names[job.robot], cables[job.robot]))
+            for file in (found, *files):
+                file.add(job, rows)
+    document = found.to_json()
+    write_summary(ledger.folder, document)
+    return document
+
+
+def summary_of(ledger: Ledger) -> dict[str, Any]:
+    """Return the summary of what a ledger has now."""
+    names, cables, found = _robot_names(ledger), tables.cable_names(ledger), Summary(ledger)
+    for job in ledger.recorded():
+        found.add(job, list(tables.job_rows(job, names[job.robot], cables[job.robot])))
+    return found.to_json()
+
+
+def _robot_names(ledger: Ledger) -> dict[str, str]:
+    return {digest: name for digest, (name, _, _) in ledger.robots().items()}
+
+
+def _outputs(ledger: Ledger) -> Outputs:
+    """Return the outputs of the job file that the ledger keeps."""
+    document = parse_document(ledger.fact("job_file"), JOB_FILE)
+    models = Models(job_schema.BatchBlock, job_schema.BLOCKS, job_schema.TAGS)
+    return outputs_of(models.validated(document).outputs)
+
+
+def result_of(ledger: Ledger, number: int) -> dict[str, Any]:
+    """Return the ``cdpr-result/1`` document of a job; `InputError` when it has none."""
+    from cdpr_interval.robots.reader import parse_robot
+    from solvers.batch.answer import result_document
+    from solvers.batch.job import perturbed
+
+    job = ledger.job(number)
+    if job is None:
+        raise InputError(f"job {number}: there is none")
+    if job.answer is None:
+        raise InputError(f"job {number}: {job.status.value}{': ' + job.message if job.message else ''}")
+    asked, settings = json.loads(job.input), ledger.settings()
+    robot = perturbed(parse_robot(ledger.robots()[job.robot][2]), asked)
+    question = {
+        "command": "fk",
+        "taut": asked.get("taut"),
+        "ignore_slack": settings.ignore_slack,
+        "ignore_tension_sign": settings.ignore_tension_sign,
+        "method": settings.method,
+        "precision": settings.precision,
+        "external_force_N": [float(x) for x in asked.get("external_force_N", (0, 0, 0))],
+    }
+    tool = {"name": this_tool().name, "version": ledger.fact("version")}
+    return result_document(json.loads(job.answer), robot, question, tool)
+
+
+def estimate(batch: Batch) -> Estimate:
+    """Try the first jobs of every problem and robot in this process, and say what all would take.
+
+    Every problem counts by its number of jobs. Nothing is written.
+    """
+    limit = min(ESTIMATE_SECONDS_A_JOB, batch.settings.time_limit_s or ESTIMATE_SECONDS_A_JOB)
+    settings = replace(batch.settings, split=None, certificates=False, time_limit_s=limit)
+    files = {robot.robot.sha256: robot.data for robot in batch.robots}
+    begun, total, tried, counted, cut = time.monotonic(), 0.0, 0, 0, False
+    for expansion in batch.expansions:
+        seconds = []
+        for job in itertools.islice(expansion.jobs(settings), ESTIMATE_JOBS + 1):
+            if time.monotonic() - begun > ESTIMATE_SECONDS:
+                break
+            (outcome,) = solve_chunk(Chunk(files[job.robot], settings.to_json(), (Task(0, job.input),)))
+            seconds.append(outcome.seconds)
+            stopped = outcome.answer is not None and STOPPED in outcome.answer
+            cut |= stopped and limit != batch.settings.time_limit_s
+        # The first one may have waited for kernels to be compiled.
+        useful = seconds[1:] or seconds
+        tried += len(seconds)
+        if useful:
+            total += expansion.count * sum(useful) / len(useful)
+            counted += expansion.count
+    return Estimate(batch.count, cut, total / counted if counted else None, tried)

@@ -1,0 +1,303 @@
+"""From an entry of ``problems`` and a robot to its jobs, in an order that never changes."""
+
+from __future__ import annotations
+
+import csv
+import random
+from abc import ABC, abstractmethod
+from collections.abc import Iterator
+from dataclasses import dataclass
+from decimal import Decimal
+from fractions import Fraction
+from functools import cached_property
+from itertools import product
+from pathlib import Path
+from typing import Any
+
+from cdpr_interval.errors import InputError
+from cdpr_interval.robots.fields import is_free
+from cdpr_interval.robots.literal import quote
+from cdpr_interval.robots.model import Robot
+from solvers.batch import job_schema
+from solvers.batch.draws import Spread, text_of
+from solvers.batch.job import Job, Settings, canonical, decimal_text, problem_of, range_text
+from solvers.lengths import read_lengths
+from solvers.problem import LengthRange
+
+
+@dataclass(frozen=True)
+class Expansion(ABC):
+    """The jobs of one problem for one robot."""
+
+    problem: int
+    """Number of the entry of ``problems``."""
+    robot: Robot
+    asked: dict[str, Any]
+    """What all its jobs ask: subset and force, where given."""
+
+    @property
+    @abstractmethod
+    def count(self) -> int:
+        """Number of jobs."""
+
+    @abstractmethod
+    def inputs(self) -> Iterator[dict[str, Any]]:
+        """Yield what each job asks beside ``asked``."""
+
+    def jobs(self, settings: Settings) -> Iterator[Job]:
+        """Yield the jobs, those of platforms with the parts that the settings ask for."""
+        for item, own in enumerate(self.inputs()):
+            asked = {**own, **self.asked}
+            parts = self._parts(asked, settings)
+            yield Job(self.robot.sha256, self.problem, item, canonical(asked), parts)
+
+    def _parts(self, asked: dict[str, Any], settings: Settings) -> tuple[str, ...]:
+        if settings.split is None or self.robot.is_point_mass:
+            return ()
+        from solvers.platform_parts import parts_of
+        from solvers.six_dof import subsets
+
+        problem, options = problem_of(self.robot, asked, asked["lengths_m"], settings)
+        parts = [
+            part for taut in subsets(problem) for part in parts_of(problem, options, taut, settings.split)
+        ]
+        return tuple(canonical({**asked, "part": part.to_json()}) for part in parts)
+
+
+@dataclass(frozen=True)
+class Listed(Expansion):
+    """Lists of lengths, written out or from a table."""
+
+    rows: tuple[tuple[LengthRange, ...], ...]
+
+    @property
+    def count(self) -> int:
+        """Number of jobs."""
+        return len(self.rows)
+
+    def inputs(self) -> Iterator[dict[str, Any]]:
+        """Yield the lengths."""
+        for row in self.rows:
+            yield {"lengths_m": [range_text(bounds) for bounds in row]}
+
+
+@dataclass(frozen=True)
+class PoseGrid(Expansion):
+    """Poses on a grid; the last axis runs fastest."""
+
+    axes: tuple[tuple[Fraction, ...], ...]
+    """x, y, z in m, roll, pitch, yaw in degrees."""
+    settle: bool
+
+    @property
+    def count(self) -> int:
+        """Number of jobs."""
+        total = 1
+        for axis in self.axes:
+            total *= len(axis)
+        return total
+
+    def inputs(self) -> Iterator[dict[str, Any]]:
+        """Yield the poses: doubles, for inverse kinematics is not certified."""
+        for place in product(*self.axes):
+            yield {"pose": [float(value) for value in place], "settle": self.settle}
+
+
+@dataclass(frozen=True)
+class MonteCarlo(Expansion):
+    """Random deviations of lengths and robot."""
+
+    lengths: tuple[LengthRange, ...]
+    samples: int
+    seed: int
+    spreads: dict[str, Spread]
+
+    @property
+    def count(self) -> int:
+        """Number of jobs."""
+        return self.samples
+
+    def inputs(self) -> Iterator[dict[str, Any]]:
+        """Yield lengths and what the robot has instead of its own; every robot sees the same draws."""
+        generator = random.Random(self.seed)
+        for _ in range(self.samples):
+            asked: dict[str, Any] = {"lengths_m": self._lengths(generator)}
+            if "stiffness" in self.spreads:
+                asked["stiffness"] = self._stiffness(generator)
+            for key in ("frame_anchors_m", "platform_anchors_m"):
+                if key in self.spreads:
+                    asked[key] = self._anchors(key, generator)
+            yield asked
+
+    @cached_property
+    def _nominal(self) -> dict[str, Any]:
+        """The numbers that are moved, as decimals."""
+        cables = self.robot.cables
+        found: dict[str, Any] = {"lengths_m": [tuple(map(_decimal, bounds)) for bounds in self.lengths]}
+        if "stiffness" in self.spreads:
+            found["stiffness"] = [_decimal(k) for k in stiffness_of(self.robot)]
+        found["frame_anchors_m"] = [tuple(map(_decimal, c.frame_anchor)) for c in cables]
+        found["platform_anchors_m"] = [tuple(map(_decimal, c.platform_anchor)) for c in cables]
+        return found
+
+    def _lengths(self, generator: random.Random) -> list[str | list[str]]:
+        spread = self.spreads.get("lengths_m")
+        if spread is None:
+            return [range_text(bounds) for bounds in self.lengths]
+        found: list[str | list[str]] = []
+        for lo, hi in self._nominal["lengths_m"]:
+            deviation = spread.draw(generator)
+            low = text_of(spread.applied(lo, deviation))
+            found.append(low if lo == hi else [low, text_of(spread.applied(hi, deviation))])
+        return found
+
+    def _stiffness(self, generator: random.Random) -> list[str]:
+        spread = self.spreads["stiffness"]
+        return [text_of(spread.applied(k, spread.draw(generator))) for k in self._nominal["stiffness"]]
+
+    def _anchors(self, key: str, generator: random.Random) -> list[list[str]]:
+        spread = self.spreads[key]
+        return [
+            [
+                text_of(spread.applied(x, spread.draw(generator)) if moves else x)
+                for x, moves in zip(anchor, spread.axes, strict=True)
+            ]
+            for anchor in self._nominal[key]
+        ]
+
+
+def _decimal(value: Fraction) -> Decimal:
+    return Decimal(decimal_text(value))
+
+
+def stiffness_of(robot: Robot) -> list[Fraction]:
+    """Return k in N/m or EA in N of every cable, as its file gives it."""
+    found = []
+    for cable in robot.cables:
+        assert cable.elasticity is not None
+        k = cable.elasticity.stiffness
+        given = cable.elasticity.axial_stiffness if k is None else k
+        assert given is not None
+        found.append(given)
+    return found
+
+
+def expansion_of(
+    index: int, block: job_schema.ProblemBlock, robot: Robot, settings: Settings, base: Path
+) -> Expansion:
+    """Return the jobs of a problem for a robot.
+
+    Parameters
+    ----------
+    index : int
+        Number of the problem in the job file.
+    block : ProblemBlock
+    robot : Robot
+    settings : Settings
+        The question must make sense with them.
+    base : Path
+        Folder to which names of files are relative.
+
+    Raises
+    ------
+    InputError
+        With one message per error.
+    """
+    asked: dict[str, Any] = {}
+    if block.taut is not None:
+        asked["taut"] = block.taut
+    if block.external_force_N is not None:
+        asked["external_force_N"] = [decimal_text(x) for x in block.external_force_N]
+    found = _expansion(index, block, robot, asked, base)
+    # Subset, force and options are wrong for all jobs or for none: any lengths will do.
+    problem_of(robot, asked, [1.0] * len(robot.cables), settings)
+    if settings.split is not None and isinstance(found, PoseGrid) and not robot.is_point_mass:
+        raise InputError("options.split: not for poses, whose lengths are known to the workers only")
+    return found
+
+
+def _expansion(
+    index: int, block: job_schema.ProblemBlock, robot: Robot, asked: dict[str, Any], base: Path
+) -> Expansion:
+    names = robot.cable_names
+    if isinstance(block, job_schema.LengthsBlock):
+        rows = [read_lengths(row, names, f"lengths_m[{i}]") for i, row in enumerate(block.lengths_m)]
+        return Listed(index, robot, asked, tuple(rows))
+    if isinstance(block, job_schema.CsvBlock):
+        return Listed(index, robot, asked, _table(base / block.file, block.file, robot))
+    if isinstance(block, job_schema.PosesBlock):
+        return PoseGrid(index, robot, asked, _axes(block, robot), bool(block.settle))
+    assert isinstance(block, job_schema.MonteCarloBlock)
+    lengths = read_lengths(block.lengths_m, names, "lengths_m")
+    spreads = {key: Spread.of(spread) for key, spread in block.perturb if spread is not None}
+    _check_spreads(spreads, robot, lengths)
+    return MonteCarlo(index, robot, asked, lengths, block.samples, block.seed, spreads)
+
+
+def _table(path: Path, name: str, robot: Robot) -> tuple[tuple[LengthRange, ...], ...]:
+    """Return the rows of a CSV file whose head names the cables; other columns are notes or ``x_...``."""
+    try:
+        with path.open(newline="", encoding="utf-8-sig") as stream:
+            table = list(csv.reader(stream))
+    except (OSError, UnicodeDecodeError, csv.Error) as error:
+        reason = error.strerror if isinstance(error, OSError) else str(error)
+        raise InputError(f"file {quote(name)}: {reason}") from None
+    if len(table) < 2:
+        raise InputError(f"file {quote(name)}: needs a head with the cables' names and at least one row")
+    head = [title.strip() for title in table[0]]
+    rows, errors = [], []
+    for line, row in enumerate(table[1:], 2):
+        if not any(cell.strip() for cell in row):
+            continue
+        place = f"file {quote(name)} line {line}"
+        if len(row) != len(head):
+            errors.append(f"{place}: {len(row)} cells under {len(head)} titles")
+            continue
+        cells = [(title, cell) for title, cell in zip(head, row, strict=True) if not is_free(title)]
+        text = ",".join(f"{title}={cell.strip()}" for title, cell in cells)
+        try:
+            rows.append(read_lengths(text, robot.cable_names, place))
+        except InputError as error:
+            errors += error.messages
+    if errors:
+        raise InputError(*errors)
+    return tuple(rows)
+
+
+def _axes(block: job_schema.PosesBlock, robot: Robot) -> tuple[tuple[Fraction, ...], ...]:
+    position, orientation = block.position_m, block.orientation_deg
+    if orientation is not None and robot.is_point_mass:
+        raise InputError("orientation_deg: a point mass has none")
+    turns = [None] * 3 if orientation is None else [orientation.roll, orientation.pitch, orientation.yaw]
+    return tuple(_places(axis) for axis in (position.x, position.y, position.z, *turns))
+
+
+def _places(axis: Fraction | job_schema.AxisBlock | None) -> tuple[Fraction, ...]:
+    if not isinstance(axis, job_schema.AxisBlock):
+        return (axis or Fraction(0),)
+    step = (axis.end - axis.start) / max(axis.count - 1, 1)
+    return tuple(axis.start + k * step for k in range(axis.count))
+
+
+def _check_spreads(spreads: dict[str, Spread], robot: Robot, lengths: tuple[LengthRange, ...]) -> None:
+    """Raise `InputError` for what cannot be drawn for a robot, or could become zero."""
+    errors = []
+    if "stiffness" in spreads:
+        if not robot.is_elastic:
+            errors.append(f"perturb.stiffness: the cables of {quote(robot.name)} do not stretch")
+        if not spreads["stiffness"].is_relative:
+            errors.append("perturb.stiffness: needs a relative width")
+        elif spreads["stiffness"].furthest >= 1:
+            errors.append("perturb.stiffness: could become zero")
+    for key in ("frame_anchors_m", "platform_anchors_m"):
+        if key in spreads and spreads[key].is_relative:
+            errors.append(f"perturb.{key}: needs an absolute width")
+    if "platform_anchors_m" in spreads and robot.is_point_mass:
+        errors.append(f"perturb.platform_anchors_m: {quote(robot.name)} is a point mass")
+    spread = spreads.get("lengths_m")
+    if spread is not None:
+        furthest = spread.furthest
+        if any((lo * furthest if spread.is_relative else furthest) >= lo for lo, _ in lengths):
+            errors.append("perturb.lengths_m: a length could become zero")
+    if errors:
+        raise InputError(*errors)

@@ -1,0 +1,363 @@
+"""The ledger of a batch: an SQLite file with every job, what became of it, and its answer.
+
+One process writes. What was recorded survives a kill of every process: jobs whose outcome was not recorded
+are pending again, the others are never done twice.
+"""
+
+from __future__ import annotations
+
+import fcntl
+import itertools
+import sqlite3
+import time
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import closing, contextmanager
+from dataclasses import dataclass, fields
+from pathlib import Path
+from types import TracebackType
+from typing import IO, Any
+
+from cdpr_interval.errors import CdprError, InputError
+from cdpr_interval.robots.literal import printable
+from solvers.batch.job import Job, Settings, key_of, key_prefix
+from solvers.batch.robot_files import RobotFile
+from solvers.batch.work import JobOutcome, Status, Task
+
+FORMAT = "cdpr-ledger/1"
+FILE = "ledger.sqlite"
+LOCK = "ledger.lock"
+_TABLES = """
+CREATE TABLE meta (key TEXT PRIMARY KEY, value TEXT NOT NULL);
+CREATE TABLE robots (sha256 TEXT PRIMARY KEY, name TEXT NOT NULL, source TEXT NOT NULL, file BLOB NOT NULL);
+CREATE TABLE jobs (
+  number INTEGER PRIMARY KEY, key TEXT NOT NULL UNIQUE, robot TEXT NOT NULL REFERENCES robots,
+  problem INTEGER NOT NULL, item INTEGER NOT NULL, input TEXT NOT NULL,
+  status TEXT NOT NULL DEFAULT 'pending', attempts INTEGER NOT NULL DEFAULT 0,
+  host TEXT, started REAL, seconds REAL, message TEXT NOT NULL DEFAULT '', whole INTEGER REFERENCES jobs);
+CREATE INDEX parts ON jobs (whole) WHERE whole IS NOT NULL;
+CREATE TABLE answers (number INTEGER PRIMARY KEY REFERENCES jobs, answer TEXT NOT NULL);
+CREATE TABLE certificates (number INTEGER PRIMARY KEY REFERENCES jobs, file BLOB NOT NULL);
+"""
+
+
+class LedgerError(CdprError):
+    """The ledger cannot be read or written; what is in it is kept."""
+
+
+@dataclass(frozen=True)
+class Pending:
+    """A job that is not done."""
+
+    robot: str
+    """SHA-256 of its file."""
+    task: Task
+
+
+@dataclass(frozen=True)
+class Recorded:
+    """A job as the ledger has it."""
+
+    number: int
+    key: str
+    robot: str
+    problem: int
+    item: int
+    input: str
+    status: Status
+    attempts: int
+    host: str | None
+    started: float | None
+    seconds: float | None
+    message: str
+    answer: str | None
+
+
+@contextmanager
+def _explained(path: Path) -> Iterator[None]:
+    """Turn what SQLite raises into one line."""
+    try:
+        yield
+    except sqlite3.Error as error:
+        advice = ""
+        if "full" in str(error) or "I/O" in str(error):
+            advice = "; what was recorded is kept: make room, then cdpr-solve batch resume"
+        raise LedgerError(f"{printable(str(path))}: {error}{advice}") from None
+
+
+class Ledger:
+    """A ledger file, opened; a context manager.
+
+    Use `create`, `open` or `peek`.
+    """
+
+    def __init__(self, folder: Path, connection: sqlite3.Connection, lock: IO[bytes] | None) -> None:
+        self.folder, self._connection, self._lock = folder, connection, lock
+
+    # Opening.
+
+    @classmethod
+    def create(
+        cls, folder: Path, text: bytes, version: str, settings: Settings,
+        robots: Iterable[RobotFile], jobs: Iterable[Job],
+    ) -> Ledger:  # fmt: skip
+        """Write a new ledger with all jobs pending, all of it or nothing, and open it.
+
+        Raises
+        ------
+        InputError
+            Two jobs are the same, or the folder cannot be written.
+        LedgerError
+            The file cannot be written.
+        """
+        lock = _locked(folder)
+        # Written beside its place: a kill leaves no half of a ledger.
+        path = folder / FILE
+        part = path.with_name(f".{FILE}.part")
+        try:
+            part.unlink(missing_ok=True)
+            with _explained(path), closing(sqlite3.connect(part, isolation_level=None)) as connection:
+                connection.execute("BEGIN IMMEDIATE")
+                for statement in filter(str.strip, _TABLES.split(";")):
+                    connection.execute(statement)
+                facts = {"format": FORMAT, "version": version, "settings": settings.to_json()}
+                facts["created"] = time.strftime("%Y-%m-%dT%H:%M:%SZ", time.gmtime())
+                facts["job_file"] = text.decode("utf-8", "replace")
+                connection.executemany("INSERT INTO meta VALUES (?, ?)", facts.items())
+                connection.executemany(
+                    "INSERT INTO robots VALUES (?, ?, ?, ?)",
+                    [(r.robot.sha256, r.robot.name, r.source, r.data) for r in robots],
+                )
+                _insert(connection, jobs, key_prefix(version, settings))
+                connection.execute("COMMIT")
+            part.replace(path)
+            with _explained(path):
+                return cls(folder, _connected(path), lock)
+        except BaseException:
+            lock.close()
+            part.unlink(missing_ok=True)
+            raise
+
+    @classmethod
+    def open(cls, folder: Path, version: str) -> Ledger:
+        """Open a ledger for writing.
+
+        Raises
+        ------
+        LedgerError
+            No ledger, another format, another version of the solver, or another process writes it.
+        """
+        return cls._opened(folder, version, lock=True)
+
+    @classmethod
+    def peek(cls, folder: Path) -> Ledger:
+        """Open a ledger for reading, also while another process writes; `LedgerError`: as `open`."""
+        return cls._opened(folder, None, lock=False)
+
+    @classmethod
+    def _opened(cls, folder: Path, version: str | None, lock: bool) -> Ledger:
+        path = folder / FILE
+        if not path.is_file():
+            raise LedgerError(f"{printable(str(folder))}: no batch there ({FILE} is missing)")
+        held = _locked(folder) if lock else None
+        try:
+            with _explained(path):
+                connection = _connected(path)
+            ledger = cls(folder, connection, held)
+            ledger._require_known(version)
+        except BaseException:
+            if held is not None:
+                held.close()
+            raise
+        return ledger
+
+    def _require_known(self, version: str | None) -> None:
+        path = self.folder / FILE
+        try:
+            found, written = self.fact("format"), self.fact("version")
+        except (sqlite3.Error, LedgerError, TypeError):
+            self._connection.close()
+            raise LedgerError(f"{printable(str(path))}: is no ledger of a batch") from None
+        if found != FORMAT:
+            self._connection.close()
+            raise LedgerError(f"{printable(str(path))}: format {found}, this version reads {FORMAT}")
+        if version is not None and written != version:
+            self._connection.close()
+            raise LedgerError(
+                f"{printable(str(path))}: written by version {written}, this is {version}: their answers"
+                " must not be mixed; use a new folder"
+            )
+
+    def close(self) -> None:
+        """Close the file."""
+        self._connection.close()
+        if self._lock is not None:
+            self._lock.close()
+
+    def __enter__(self) -> Ledger:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    # Reading.
+
+    def fact(self, key: str) -> str:
+        """Return what is said about the whole batch: format, version, settings, created, job_file."""
+        (value,) = self._connection.execute("SELECT value FROM meta WHERE key = ?", (key,)).fetchone()
+        return str(value)
+
+    def settings(self) -> Settings:
+        """Return how the problems are solved."""
+        return Settings.from_json(self.fact("settings"))
+
+    def robots(self) -> dict[str, tuple[str, str, bytes]]:
+        """Return name, source and file of every robot, by digest."""
+        rows = self._rows("SELECT sha256, name, source, file FROM robots ORDER BY rowid")
+        return {digest: (name, source, data) for digest, name, source, data in rows}
+
+    def counts(self, with_parts: bool = False) -> dict[Status, int]:
+        """Return the number of jobs of every status."""
+        which = "" if with_parts else "WHERE whole IS NULL"
+        found = dict(self._rows(f"SELECT status, COUNT(*) FROM jobs {which} GROUP BY status"))
+        return {status: found.get(status.value, 0) for status in Status}
+
+    def seconds(self) -> tuple[int, float]:
+        """Return the number of attempts that ended, and their wall time in s."""
+        ((count, total),) = self._rows("SELECT COUNT(seconds), COALESCE(SUM(seconds), 0) FROM jobs")
+        return count, total
+
+    def pending(self) -> Iterator[Pending]:
+        """Yield the jobs that can be done now, in order: not those with parts that are pending."""
+        for number, robot, text in self._rows(
+            "SELECT number, robot, input FROM jobs WHERE status = 'pending' AND NOT EXISTS"
+            " (SELECT 1 FROM jobs AS part WHERE part.whole = jobs.number AND part.status = 'pending')"
+            " ORDER BY robot, number"
+        ):
+            yield Pending(robot, Task(number, text))
+
+    def parts(self, number: int) -> list[Recorded]:
+        """Return the parts of a job, in order."""
+        return list(self._recorded("whole = ?", [number]))
+
+    def certificates(self) -> int:
+        """Return the number of proofs."""
+        ((count,),) = self._rows("SELECT COUNT(*) FROM certificates")
+        return int(count)
+
+    def certificate(self, number: int) -> bytes | None:
+        """Return the proof of a job; None when there is none."""
+        rows = list(self._rows("SELECT file FROM certificates WHERE number = ?", [number]))
+        return bytes(rows[0][0]) if rows else None
+
+    def recorded(self, statuses: Sequence[Status] = tuple(Status)) -> Iterator[Recorded]:
+        """Yield all jobs of some statuses with their answers, in order."""
+        marks = ", ".join("?" * len(statuses))
+        condition = f"whole IS NULL AND status IN ({marks})"
+        yield from self._recorded(condition, [status.value for status in statuses])
+
+    def _recorded(self, condition: str, values: Sequence[str | int]) -> Iterator[Recorded]:
+        names = [field.name for field in fields(Recorded)]
+        query = f"SELECT {', '.join(names)} FROM jobs LEFT JOIN answers USING (number)"
+        place = names.index("status")
+        for row in self._rows(f"{query} WHERE {condition} ORDER BY number", values):
+            yield Recorded(*row[:place], Status(row[place]), *row[place + 1 :])  # type: ignore[call-arg]
+
+    def job(self, number: int) -> Recorded | None:
+        """Return one job; None when there is no such number."""
+        return next(self._recorded("number = ?", [number]), None)
+
+    def _rows(self, query: str, values: Sequence[str | int] = ()) -> Iterator[tuple[Any, ...]]:
+        with _explained(self.folder / FILE):
+            yield from self._connection.execute(query, values)
+
+    # Writing.
+
+    def record(self, outcomes: Iterable[JobOutcome]) -> None:
+        """Record outcomes, all of them or none; a job that has one keeps it."""
+        rows = list(outcomes)
+        with _explained(self.folder / FILE), self._transaction():
+            self._connection.executemany(
+                "UPDATE jobs SET status = ?, attempts = attempts + 1, host = ?, started = ?, seconds = ?,"
+                " message = ? WHERE number = ? AND status = 'pending'",
+                [(o.status.value, o.host, o.started, o.seconds, o.message, o.number) for o in rows],
+            )
+            self._connection.executemany(
+                "INSERT OR IGNORE INTO answers VALUES (?, ?)",
+                [(o.number, o.answer) for o in rows if o.answer is not None],
+            )
+            self._connection.executemany(
+                "INSERT OR IGNORE INTO certificates VALUES (?, ?)",
+                [(o.number, o.certificate) for o in rows if o.certificate is not None],
+            )
+
+    def count_attempts(self, numbers: Iterable[int]) -> None:
+        """Record an attempt that ended without an outcome."""
+        with _explained(self.folder / FILE), self._transaction():
+            self._connection.executemany(
+                "UPDATE jobs SET attempts = attempts + 1 WHERE number = ?", [(n,) for n in numbers]
+            )
+
+    @contextmanager
+    def _transaction(self) -> Iterator[None]:
+        self._connection.execute("BEGIN IMMEDIATE")
+        try:
+            yield
+            self._connection.execute("COMMIT")
+        except BaseException:
+            if self._connection.in_transaction:
+                self._connection.execute("ROLLBACK")
+            raise
+
+
+def _connected(path: Path) -> sqlite3.Connection:
+    connection = sqlite3.connect(path, isolation_level=None, timeout=10.0)
+    connection.execute("PRAGMA journal_mode = WAL")
+    # A power cut may take the last moments, a kill takes nothing that was committed.
+    connection.execute("PRAGMA synchronous = NORMAL")
+    return connection
+
+
+def _locked(folder: Path) -> IO[bytes]:
+    """Return the lock of the only process that writes; the system frees it when that process dies."""
+    try:
+        stream = (folder / LOCK).open("ab")
+    except OSError as error:
+        raise InputError(f"{printable(str(folder))}: cannot be written: {error.strerror}") from None
+    try:
+        fcntl.flock(stream, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError:
+        stream.close()
+        raise LedgerError(f"{printable(str(folder))}: another process is running this batch") from None
+    return stream
+
+
+def _insert(connection: sqlite3.Connection, jobs: Iterable[Job], prefix: bytes) -> None:
+    """Insert all jobs; `InputError` names two that are the same."""
+    last: list[Job] = []
+    numbers = itertools.count(1)
+
+    def rows() -> Iterator[tuple[int, str, str, int, int, str, int | None]]:
+        for job in jobs:
+            last[:] = [job]
+            whole = next(numbers)
+            yield whole, key_of(job, prefix), job.robot, job.problem, job.item, job.input, None
+            for part in job.of_parts():
+                key = key_of(part, prefix)
+                yield next(numbers), key, part.robot, part.problem, part.item, part.input, whole
+
+    try:
+        connection.executemany(
+            "INSERT INTO jobs (number, key, robot, problem, item, input, whole) VALUES (?, ?, ?, ?, ?, ?, ?)",
+            rows(),
+        )
+    except sqlite3.IntegrityError:
+        (job,) = last
+        first = connection.execute(
+            "SELECT problem, item FROM jobs WHERE key = ?", (key_of(job, prefix),)
+        ).fetchone()
+        if first is None:
+            raise
+        places = [f"problems[{problem}] job {item}" for problem, item in (first, (job.problem, job.item))]
+        raise InputError(f"{places[1]} is the same as {places[0]}: {job.input}") from None

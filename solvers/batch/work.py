@@ -1,0 +1,191 @@
+"""What a worker does: the jobs of a chunk, one after the other, each to an outcome.
+
+Imports nothing heavy before the first chunk; everything a job needs travels with it.
+"""
+
+from __future__ import annotations
+
+import json
+import socket
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from enum import StrEnum
+from functools import lru_cache
+from typing import TYPE_CHECKING, Any
+
+from cdpr_interval.errors import CdprError
+from cdpr_interval.robots.model import Robot
+
+if TYPE_CHECKING:
+    from solvers.batch.job import Settings
+    from solvers.platform_parts import Parts
+
+
+class Status(StrEnum):
+    """How far a job is."""
+
+    PENDING = "pending"
+    DONE = "done"
+    """Answered; what the search left open stands in the answer."""
+    NO_POSE = "no-pose"
+    """There are no lengths for the pose that was asked for."""
+    FAILED = "failed"
+    """The solver refused it, or raised an exception."""
+    CRASHED = "crashed"
+    """It killed its worker, alone too."""
+
+
+ENDED = tuple(status for status in Status if status is not Status.PENDING)
+
+
+@dataclass(frozen=True)
+class Task:
+    """One job of a chunk."""
+
+    number: int
+    """Of the job in its ledger."""
+    input: str
+    parts: tuple[tuple[str, str], ...] = ()
+    """Input and answer of the parts into which it was split: they are put together."""
+
+
+@dataclass(frozen=True)
+class Chunk:
+    """Some jobs of one robot, as they travel."""
+
+    robot: bytes
+    """The robot's file."""
+    settings: str
+    tasks: tuple[Task, ...]
+    is_retry: bool = False
+    """True: one job, which killed its worker before or was with one that did."""
+
+
+@dataclass(frozen=True)
+class JobOutcome:
+    """What came out of one job."""
+
+    number: int
+    status: Status
+    answer: str | None
+    """Text of `answer.answer_text`."""
+    message: str
+    started: float
+    """s since 1970."""
+    seconds: float
+    """Wall time."""
+    host: str
+    certificate: bytes | None = None
+
+
+def solve_chunk(chunk: Chunk) -> list[JobOutcome]:
+    """Return the outcome of every job; never raises for a job."""
+    from solvers.batch.job import Settings
+
+    solve = _solver(chunk.robot, Settings.from_json(chunk.settings))
+    host = socket.gethostname()
+    outcomes = []
+    for task in chunk.tasks:
+        started, begun = time.time(), time.perf_counter()
+        try:
+            answered = solve(task)
+        except CdprError as error:
+            answered = Answered(Status.FAILED, message=" ".join(str(error).split()))
+        except Exception as error:
+            text = " ".join(f"{type(error).__name__}: {error}".split())
+            answered = Answered(Status.FAILED, message=f"internal error: {text}")
+        seconds = time.perf_counter() - begun
+        outcomes.append(
+            JobOutcome(
+                task.number, answered.status, answered.answer, answered.message, started, seconds, host,
+                answered.certificate,
+            )
+        )  # fmt: skip
+    return outcomes
+
+
+@dataclass(frozen=True)
+class Answered:
+    """What the solver says of one job."""
+
+    status: Status
+    answer: str | None = None
+    message: str = ""
+    certificate: bytes | None = None
+
+
+def _solver(data: bytes, settings: Settings) -> Callable[[Task], Answered]:
+    from solvers.batch.answer import answer_text
+    from solvers.batch.job import canonical, perturbed, problem_of
+    from solvers.forward import answer_question
+    from solvers.platform_parts import Part, solve_part
+    from solvers.record import Record
+
+    robot = _robot(data)
+
+    def solve(task: Task) -> Answered:
+        asked = json.loads(task.input)
+        lengths: Any
+        if "pose" in asked:
+            lengths, message = _lengths_at(perturbed(robot, asked), asked)
+            if lengths is None:
+                return Answered(Status.NO_POSE, message=message)
+        else:
+            lengths = asked["lengths_m"]
+        problem, options = problem_of(robot, asked, lengths, settings)
+        if "part" in asked:
+            found = solve_part(problem, options, Part.from_json(asked["part"]))
+            return Answered(Status.DONE, canonical(found.to_json()))
+        if task.parts:
+            options = replace(options, parts=_together(task.parts))
+        if not settings.certificates:
+            return Answered(Status.DONE, answer_text(answer_question(problem, options)))
+        from solvers.certificate import certificate_bytes
+
+        options = replace(options, record=Record())
+        result = answer_question(problem, options)
+        return Answered(
+            Status.DONE, answer_text(result), certificate=certificate_bytes(problem, options, result)
+        )
+
+    return solve
+
+
+def _together(parts: Sequence[tuple[str, str]]) -> Parts:
+    """Return what the parts of a job found, by subset and frame."""
+    from solvers.platform_parts import Part, PartFound
+
+    found: dict[tuple[tuple[int, ...], int], list[PartFound]] = {}
+    for asked, answer in parts:
+        part = Part.from_json(json.loads(asked)["part"])
+        found.setdefault((part.taut, part.frame), []).append(PartFound.from_json(json.loads(answer)))
+    return dict(found)
+
+
+@lru_cache(maxsize=64)
+def _robot(data: bytes) -> Robot:
+    from cdpr_interval.robots.reader import parse_robot
+
+    return parse_robot(data)
+
+
+def _lengths_at(robot: Robot, asked: dict[str, Any]) -> tuple[tuple[float, ...] | None, str]:
+    """Return the lengths that inverse kinematics gives for a pose, or why there are none."""
+    import math
+
+    from solvers.inverse import inverse_kinematics
+    from solvers.orientation import rotation_from_rpy
+
+    rotation = rotation_from_rpy([math.radians(angle) for angle in asked["pose"][3:]])
+    found = inverse_kinematics(
+        robot,
+        asked["pose"][:3],
+        rotation,
+        taut=asked.get("taut"),
+        settle=asked["settle"],
+        external_force=asked.get("external_force_N"),
+    )
+    if found.lengths is None:
+        return None, found.message
+    return tuple(found.lengths), ""

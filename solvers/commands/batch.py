@@ -1,0 +1,241 @@
+"""``cdpr-solve batch``: many problems, a ledger, workers here or on a cluster, tables at the end."""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from solvers.commands.interrupt import interruptible
+
+if TYPE_CHECKING:
+    from solvers.batch.executor import Executor
+    from solvers.batch.ledger import Ledger
+
+SHOWN = 10
+"""Failed jobs that are listed."""
+RUN = "run"
+"""The command that is meant when none is named."""
+
+
+class Batches(click.Group):
+    """``batch JOBS.yaml`` is ``batch run JOBS.yaml``; what cannot be used is one line, code 3."""
+
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        """Put the name of the usual command where none is."""
+        if not args:
+            args = ["--help"]
+        if args[0] not in self.commands and args[0] not in ("-h", "--help"):
+            args = [RUN, *args]
+        return super().parse_args(ctx, args)
+
+    def invoke(self, ctx: click.Context) -> Any:
+        """Run a command."""
+        from cdpr_interval.errors import CdprError, InputError, NotSupportedError
+        from solvers.cli import ExitCode
+
+        try:
+            return super().invoke(ctx)
+        except (InputError, NotSupportedError):
+            raise
+        except CdprError as error:
+            click.echo(str(error), err=True)
+            return ExitCode.INCOMPLETE
+
+
+@click.group("batch", cls=Batches, short_help="Many problems at once, with a ledger.")
+def command() -> None:
+    """Solve many problems: `cdpr-solve batch JOBS.yaml --out DIR`.
+
+    A batch that was killed goes on with `batch resume DIR`. Exit code 0: every job is done and complete;
+    3: something is left undecided or pending; 5: some jobs failed or crashed.
+    """
+
+
+_WORKERS = click.option(
+    "--workers", type=click.IntRange(min=1), metavar="N", help="Processes here.  [default: all cores]"
+)
+_OPTIONS = (
+    _WORKERS,
+    click.option("--scheduler", metavar="ADDRESS", help="Instead: a Dask scheduler, e.g. tcp://host:8786."),
+    click.option("--scheduler-file", metavar="FILE", help="Instead: the file a Dask scheduler has written."),
+    click.option("--json", "as_json", is_flag=True, help="Print the summary as JSON."),
+    click.option("-q", "--quiet", is_flag=True, help="No table, no progress."),
+)
+
+
+def _working(function: Any) -> Any:
+    """Give a command the options of those that solve."""
+    for option in reversed(_OPTIONS):
+        function = option(function)
+    return function
+
+
+@command.command(RUN)
+@click.argument("jobs")
+@click.option("--out", "folder", metavar="DIR", help="Folder of ledger and tables.")
+@click.option("--dry-run", is_flag=True, help="Count the jobs and estimate their time; write nothing.")
+@_working
+def run(jobs: str, folder: str | None, dry_run: bool, **given: Any) -> int:
+    """Solve the problems of a job file; a folder that holds this batch already is gone on with."""
+    from cdpr_interval.errors import InputError
+    from solvers.batch.campaign import begin
+    from solvers.batch.job_file import read_job_file
+
+    batch = read_job_file(jobs)
+    if dry_run:
+        return _estimate(batch, given["workers"])
+    if folder is None:
+        raise InputError("--out: missing, the folder of ledger and tables")
+    with begin(batch, Path(folder)) as ledger:
+        return _proceed(ledger, given)
+
+
+@command.command("resume")
+@click.argument("folder", metavar="DIR")
+@_working
+def resume(folder: str, **given: Any) -> int:
+    """Go on with a batch that was stopped or killed; what is recorded is not done again."""
+    from solvers.batch.ledger import Ledger
+    from solvers.tool import this_tool
+
+    with Ledger.open(Path(folder), this_tool().version) as ledger:
+        return _proceed(ledger, given)
+
+
+@command.command("status")
+@click.argument("folder", metavar="DIR")
+@click.option("--json", "as_json", is_flag=True, help="Print JSON.")
+def status(folder: str, as_json: bool) -> int:
+    """Show how far a batch is, also while it runs."""
+    from solvers.batch.ledger import Ledger
+    from solvers.batch.progress_line import duration
+    from solvers.batch.work import Status
+
+    with Ledger.peek(Path(folder)) as ledger:
+        counts, everything = ledger.counts(), ledger.counts(with_parts=True)
+        ended, seconds = ledger.seconds()
+        facts = {key: ledger.fact(key) for key in ("version", "created")}
+        bad = list(ledger.recorded((Status.FAILED, Status.CRASHED)))
+    total = sum(counts.values())
+    if as_json:
+        document = {**facts, "jobs": {s.value: n for s, n in counts.items()}, "seconds": seconds}
+        click.echo(json.dumps(document))
+        return 0
+    click.echo(f"{total - counts[Status.PENDING]} of {total} jobs ended, begun {facts['created']}")
+    click.echo(", ".join(f"{count} {name.value}" for name, count in counts.items() if count))
+    parts = sum(everything.values()) - total
+    if parts:
+        left = everything[Status.PENDING] - counts[Status.PENDING]
+        click.echo(f"{parts - left} of {parts} parts of split jobs ended")
+    if ended:
+        click.echo(f"{duration(seconds)} of work, {1e3 * seconds / ended:.3g} ms a job")
+    for job in bad[:SHOWN]:
+        click.echo(f"job {job.number} {job.status.value} after {job.attempts} attempts: {job.message}")
+    if len(bad) > SHOWN:
+        click.echo(f"and {len(bad) - SHOWN} more, see results.jsonl")
+    return 0
+
+
+@command.command("show")
+@click.argument("folder", metavar="DIR")
+@click.argument("job", type=click.IntRange(min=1))
+@click.option("--json", "as_json", is_flag=True, help="Print the cdpr-result/1 document.")
+@click.option("--certificate", metavar="FILE", help="Write the proof, for `check`.")
+def show(folder: str, job: int, as_json: bool, certificate: str | None) -> int:
+    """Show the result of one job."""
+    from cdpr_interval.errors import InputError
+    from solvers.batch.campaign import result_of
+    from solvers.batch.ledger import Ledger
+    from solvers.json_target import JsonTarget
+    from solvers.json_text import dumps
+    from solvers.result import Result
+    from solvers.table import print_result
+
+    with Ledger.peek(Path(folder)) as ledger:
+        document = result_of(ledger, job)
+        proof = ledger.certificate(job)
+    if certificate is not None:
+        if proof is None:
+            raise InputError(f"job {job}: has no certificate (options.certificates of the job file)")
+        JsonTarget(certificate, "--certificate").write_bytes(proof)
+    if as_json:
+        click.echo(dumps(document), nl=False)
+    else:
+        print_result(Result.from_json(document), sys.stdout)
+    return 0
+
+
+# What the commands share.
+
+
+def _estimate(batch: Any, workers: int | None) -> int:
+    from solvers.batch.campaign import estimate
+    from solvers.batch.progress_line import duration
+
+    for expansion in batch.expansions:
+        click.echo(f"problems[{expansion.problem}]  {expansion.robot.name}  {expansion.count} jobs")
+    found = estimate(batch)
+    count = workers or os.cpu_count() or 1
+    if found.seconds_per_job is None:
+        click.echo(f"{found.jobs} jobs; no estimate: the first one took too long")
+    else:
+        seconds = found.jobs * found.seconds_per_job
+        each = f"{1e3 * found.seconds_per_job:.3g} ms a job ({found.tried} tried)"
+        about = "more than" if found.is_lower_bound else "about"
+        click.echo(f"{found.jobs} jobs, {each}: {about} {duration(seconds / count)} with {count} workers")
+    return 0
+
+
+def _proceed(ledger: Ledger, given: dict[str, Any]) -> int:
+    from solvers.batch.campaign import proceed
+    from solvers.batch.progress_line import ProgressLine
+    from solvers.cli import ExitCode
+
+    line = None if given["quiet"] else ProgressLine(sys.stderr)
+    executor = _executor(given)
+    try:
+        with interruptible():
+            try:
+                document = proceed(ledger, executor, line or (lambda progress: None))
+            finally:
+                executor.close()
+                if line is not None:
+                    line.end()
+    except KeyboardInterrupt:
+        click.echo(f"interrupted; go on with: cdpr-solve batch resume {ledger.folder}", err=True)
+        return ExitCode.INTERRUPTED
+    if given["as_json"]:
+        click.echo(json.dumps(document))
+    elif not given["quiet"]:
+        from solvers.batch.summary_text import print_summary
+
+        print_summary(document, sys.stdout)
+    return _exit_code(document)
+
+
+def _executor(given: dict[str, Any]) -> Executor:
+    from cdpr_interval.errors import InputError
+
+    if given["scheduler"] is not None or given["scheduler_file"] is not None:
+        if given["workers"] is not None:
+            raise InputError("--workers: not together with --scheduler, which has workers of its own")
+        from solvers.batch.dask_cluster import DaskCluster
+
+        return DaskCluster.connected(given["scheduler"], given["scheduler_file"])
+    from solvers.batch.pool import ProcessPool
+
+    return ProcessPool(given["workers"] or os.cpu_count() or 1)
+
+
+def _exit_code(document: dict[str, Any]) -> int:
+    from solvers.cli import ExitCode
+
+    jobs = document["jobs"]
+    if jobs["failed"] or jobs["crashed"]:
+        return ExitCode.NOT_PROVED
+    return ExitCode.INCOMPLETE if document["jobs_with_undecided"] or jobs["pending"] else ExitCode.COMPLETE

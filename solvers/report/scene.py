@@ -1,0 +1,158 @@
+"""A robot in one pose as points and lines to draw; plain floats, nothing certified."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cdpr_interval.robots.model import Robot, Vector
+from solvers.orientation import rotation_from_quaternion
+from solvers.result import Bounds, CableState, Solution
+
+Points = NDArray[np.float64]
+CURVE_POINTS = 25
+"""Of a hanging cable."""
+LEAST_SPREAD = 1e-6
+"""Of a histogram, as a share of its values."""
+STEEP = 1e-6
+"""Seen from above, a cable whose ends are nearer than this share of its length hangs down and up again."""
+
+
+@dataclass(frozen=True)
+class DrawnCable:
+    """One cable."""
+
+    name: str
+    points: Points
+    """(n, 3) m: two for a straight cable, more for a hanging one."""
+    state: CableState
+    tension: float
+    """N, in the middle of the proved bounds."""
+    text: str
+    """What is known of it."""
+
+
+@dataclass(frozen=True)
+class Scene:
+    """One pose."""
+
+    title: str
+    cables: tuple[DrawnCable, ...]
+    platform: Points
+    """(N, 3) m: platform anchors."""
+    centre: Points
+    """(3,) m: centre of mass."""
+
+    @property
+    def body(self) -> Points:
+        """Pairs of points that are joined to show the platform, (2 n, 3); empty for a point mass."""
+        points = np.unique(np.concatenate([self.platform, self.centre[None, :]]), axis=0)
+        pairs = [points[[i, j]] for i in range(len(points)) for j in range(i)]
+        return np.concatenate(pairs) if pairs else np.empty((0, 3))
+
+
+def axis_range(values: Sequence[float]) -> tuple[float, float]:
+    """Return bounds of a histogram's axis, apart even when all values are the same."""
+    low, high = min(values), max(values)
+    least = LEAST_SPREAD * max(abs(low), abs(high), 1.0)
+    return (low, high) if high - low > least else (low - least, high + least)
+
+
+def frame_points(robot: Robot) -> Points:
+    """Return the exit points, (N, 3) m."""
+    return np.array([_floats(cable.frame_anchor) for cable in robot.cables])
+
+
+def scene(robot: Robot, solution: Solution, lengths: Bounds, number: int) -> Scene:
+    """Return what to draw of a solution.
+
+    Parameters
+    ----------
+    robot : Robot
+    solution : Solution
+    lengths : (N, 2) array
+        m, of the cables.
+    number : int
+        Of the solution, from 1.
+    """
+    origin = np.array(solution.nominal.position)
+    turn = rotation_from_quaternion(solution.nominal.quaternion_wxyz)
+    anchors = np.array([_floats(cable.platform_anchor) for cable in robot.cables])
+    platform = origin + anchors @ turn.T
+    centre = origin + turn @ _floats(robot.platform.centre_of_mass)
+    up = -_floats(robot.gravity) / np.linalg.norm(_floats(robot.gravity))
+    cables = []
+    for i, (cable, exit_point) in enumerate(zip(robot.cables, frame_points(robot), strict=True)):
+        state = solution.cable_states[i]
+        points = np.array([exit_point, platform[i]])
+        if state is CableState.SLACK:
+            points = hanging(exit_point, platform[i], float(lengths[i].mean()), up)
+        text = f"{cable.name}: {state.value}, {_range(solution.tensions[i], 'N')}"
+        tension = float(np.clip(solution.tensions[i], 0.0, 1e300).mean())
+        cables.append(DrawnCable(cable.name, points, state, tension, text))
+    taut = ", ".join(robot.cables[i].name for i in solution.taut)
+    return Scene(f"{number}: {taut} taut, {solution.stability.value}", tuple(cables), platform, centre)
+
+
+def hanging(start: Points, end: Points, length: float, up: Points, count: int = CURVE_POINTS) -> Points:
+    """Return points (count, 3) of the catenary of a length in m between two points; straight if too short."""
+    way = end - start
+    rise = float(way @ up)
+    level = way - rise * up
+    across = float(np.linalg.norm(level))
+    if length <= float(np.linalg.norm(way)) * (1 + 1e-12):
+        return np.array([start, end])
+    if across < STEEP * length:
+        lowest = start + 0.5 * level - 0.5 * (length - rise) * up
+        return np.array([start, lowest, end])
+    # sinh(x) / x = sqrt(length^2 - rise^2) / across gives the shape: x = across / (2 a).
+    wanted = math.sqrt(length * length - rise * rise) / across
+    x = _inverse_sinhc(wanted)
+    a = across / (2 * x)
+    middle = a * math.atanh(rise / length)
+    s = np.linspace(-across / 2, across / 2, count)
+    heights = a * np.cosh((s + middle) / a)
+    heights -= heights[0]
+    share = (s + across / 2) / across
+    return start + share[:, None] * level + heights[:, None] * up
+
+
+def _inverse_sinhc(wanted: float) -> float:
+    """Return x > 0 with sinh(x) / x as wanted, above 1; bisection."""
+    low, high = 1e-9, 1.0
+    while math.sinh(high) / high < wanted:
+        high *= 2
+    for _ in range(80):
+        x = 0.5 * (low + high)
+        low, high = (x, high) if math.sinh(x) / x < wanted else (low, x)
+    return x
+
+
+def region(bounds: Bounds) -> Points:
+    """Return the edges of a box as pairs of corners, (24, 3); infinite bounds are not drawn."""
+    corners = [[bounds[k, (c >> k) & 1] for k in range(3)] for c in range(8)]
+    edges = [(a, a | 1 << k) for a in range(8) for k in range(3) if not a >> k & 1]
+    return np.array([corners[end] for edge in edges for end in edge], dtype=np.float64)
+
+
+def hull(scenes: Sequence[Scene], robot: Robot) -> tuple[Points, Points]:
+    """Return the least and largest coordinates of all that is drawn."""
+    points = [frame_points(robot), *(scene.platform for scene in scenes)]
+    points += [cable.points for scene in scenes for cable in scene.cables]
+    everything = np.concatenate(points)
+    return everything.min(axis=0), everything.max(axis=0)
+
+
+def _floats(vector: Vector) -> Points:
+    return np.array([float(x) for x in vector])
+
+
+def _range(bounds: Bounds, unit: str) -> str:
+    lo, hi = (float(x) for x in bounds)
+    if hi - lo <= 1e-6 * max(abs(hi), 1.0):
+        return f"{0.5 * (lo + hi):.6g} {unit}"
+    return f"{lo:.6g} to {hi:.6g} {unit}"
