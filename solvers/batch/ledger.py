@@ -299,6 +299,15 @@ class Ledger:
                 "UPDATE jobs SET attempts = attempts + 1 WHERE number = ?", [(n,) for n in numbers]
             )
 
+    def reopen(self) -> int:
+        """Make failed and crashed jobs pending again, and return how many; their attempts are kept."""
+        with _explained(self.folder / FILE), self._transaction():
+            changed = self._connection.execute(
+                "UPDATE jobs SET status = 'pending', message = '' WHERE status IN (?, ?)",
+                (Status.FAILED.value, Status.CRASHED.value),
+            )
+        return changed.rowcount
+
     @contextmanager
     def _transaction(self) -> Iterator[None]:
         self._connection.execute("BEGIN IMMEDIATE")

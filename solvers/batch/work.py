@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import json
 import socket
+import threading
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -35,6 +36,9 @@ class Status(StrEnum):
     CRASHED = "crashed"
     """It killed its worker, alone too."""
 
+
+_SOLVING = threading.Lock()
+"""The precision of ball arithmetic belongs to the whole process: threads of one solve one after the other."""
 
 ENDED = tuple(status for status in Status if status is not Status.PENDING)
 
@@ -80,7 +84,12 @@ class JobOutcome:
 
 
 def solve_chunk(chunk: Chunk) -> list[JobOutcome]:
-    """Return the outcome of every job; never raises for a job."""
+    """Return the outcome of every job; never raises for a job. Other threads of the process wait."""
+    with _SOLVING:
+        return _outcomes(chunk)
+
+
+def _outcomes(chunk: Chunk) -> list[JobOutcome]:
     from solvers.batch.job import Settings
 
     solve = _solver(chunk.robot, Settings.from_json(chunk.settings))

@@ -97,13 +97,16 @@ def run(jobs: str, folder: str | None, dry_run: bool, **given: Any) -> int:
 
 @command.command("resume")
 @click.argument("folder", metavar="DIR")
+@click.option("--retry-failed", is_flag=True, help="Try failed and crashed jobs again.")
 @_working
-def resume(folder: str, **given: Any) -> int:
+def resume(folder: str, retry_failed: bool, **given: Any) -> int:
     """Go on with a batch that was stopped or killed; what is recorded is not done again."""
     from solvers.batch.ledger import Ledger
     from solvers.tool import this_tool
 
     with Ledger.open(Path(folder), this_tool().version) as ledger:
+        if retry_failed:
+            ledger.reopen()
         return _proceed(ledger, given)
 
 

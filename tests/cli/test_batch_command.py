@@ -12,6 +12,7 @@ import sqlite3
 import subprocess
 import sys
 import time
+from contextlib import closing, contextmanager
 
 import pytest
 from click.testing import CliRunner
@@ -126,6 +127,14 @@ def test_poses_csv_and_several_robots(run, tmp_path):
     assert solution["nominal"]["position_m"] == pytest.approx([3, 0, 1])
 
 
+@contextmanager
+def connection_to(folder):
+    """Change a ledger by hand."""
+    connection = sqlite3.connect(folder / "ledger.sqlite")
+    with closing(connection), connection:
+        yield connection
+
+
 def test_undecided_is_code_3_and_failed_is_code_5(run, tmp_path):
     jobs = write(
         tmp_path, listed([[2.692582403567252, 3.905124837953327, 3.354101966249685, 4.387482193696061]])
@@ -133,13 +142,16 @@ def test_undecided_is_code_3_and_failed_is_code_5(run, tmp_path):
     assert run(jobs, "--out", tmp_path / "a", "-q").exit_code == 3
     jobs.write_text(MONTE_CARLO.format(samples=3))
     assert run(jobs, "--out", tmp_path / "b", "-q").exit_code == 0
-    connection = sqlite3.connect(tmp_path / "b" / "ledger.sqlite")
-    with connection:
-        connection.execute("UPDATE jobs SET status = 'pending', input = '{}' WHERE number = 2")
-    connection.close()
+    with connection_to(tmp_path / "b") as ledger:
+        ledger.execute("UPDATE jobs SET status = 'pending', input = '{}' WHERE number = 2")
     assert run("resume", tmp_path / "b", "-q").exit_code == 5
     done = run("status", tmp_path / "b")
     assert "job 2 failed after 2 attempts: internal error: KeyError" in done.stdout
+    assert run("resume", tmp_path / "b", "-q").exit_code == 5
+    with connection_to(tmp_path / "b") as ledger:
+        ledger.execute("UPDATE jobs SET input = (SELECT input FROM jobs WHERE number = 3) WHERE number = 2")
+    assert run("resume", tmp_path / "b", "--retry-failed", "-q").exit_code == 0
+    assert "3 of 3 jobs ended" in run("status", tmp_path / "b").stdout
 
 
 def test_killed_ten_times_ends_the_same(tmp_path):

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import sqlite3
+import time
+from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 
@@ -10,12 +12,14 @@ from cdpr_interval import load_robot
 from cdpr_interval.errors import InputError
 from certificates import check
 from solvers.batch import pool as pool_module
+from solvers.batch import work
 from solvers.batch.campaign import begin, proceed, result_of
 from solvers.batch.executor import ExecutorError
+from solvers.batch.job import Settings
 from solvers.batch.job_file import read_job_file
 from solvers.batch.ledger import FILE, Ledger, LedgerError
 from solvers.batch.pool import ProcessPool
-from solvers.batch.work import JobOutcome, Status, solve_chunk
+from solvers.batch.work import Chunk, JobOutcome, Status, solve_chunk
 from solvers.forward import forward_kinematics
 from solvers.tool import this_tool
 from tests import batch_workers
@@ -79,6 +83,38 @@ def test_a_job_that_kills_its_worker_is_tried_alone_and_marked(tmp_path):
     assert reports[-1].bad == 1
     (bad,) = [job for job in jobs_of(tmp_path / "out") if job.status is Status.CRASHED]
     assert bad.item == 23 and bad.attempts >= 2 and "SIGKILL" in bad.message
+
+
+def test_crashed_jobs_can_be_tried_again(tmp_path):
+    for name, text, dead in (("listed", listed([[DEADLY, 3.9, 3.35, 4.4]]), batch_workers.deadly),
+                             ("split", SPLIT, batch_workers.deadly_part)):  # fmt: skip
+        batch = read_job_file(write(tmp_path, text))
+        document, _ = solve(tmp_path / name, batch, dead)
+        assert document["jobs"]["crashed"] == 1
+        with begin(batch, tmp_path / name) as ledger:
+            assert ledger.reopen() == (1 if name == "listed" else 2)
+        document, reports = solve(tmp_path / name, batch)
+        assert document["jobs"]["crashed"] == 0 and reports[-1].bad == 0
+        again = jobs_of(tmp_path / name)[-1]
+        assert again.status is Status.DONE and again.message == "" and again.answer is not None
+        solve(tmp_path / f"{name} at once", batch)
+        assert again.answer == jobs_of(tmp_path / f"{name} at once")[-1].answer
+
+
+def test_threads_of_one_worker_take_turns(monkeypatch):
+    inside, most = [], []
+
+    def solver(data, settings):
+        inside.append(1)
+        most.append(len(inside))
+        time.sleep(0.01)
+        inside.pop()
+        return None
+
+    monkeypatch.setattr(work, "_solver", solver)
+    with ThreadPoolExecutor(4) as threads:
+        assert list(threads.map(solve_chunk, [Chunk(b"", Settings().to_json(), ())] * 8)) == [[]] * 8
+    assert most == [1] * 8
 
 
 def test_jobs_that_are_in_bad_company_only_are_done(tmp_path):
