@@ -108,7 +108,7 @@ def about(what: str) -> Iterator[None]:
 
 
 def check(
-    path: str | Path,
+    path: str | Path | bytes,
     *,
     sample: int | None = None,
     jobs: int = 1,
@@ -120,7 +120,7 @@ def check(
     Parameters
     ----------
     path
-        The file.
+        The file, or its bytes.
     sample
         Check so many cells, chosen at random, instead of all.
     jobs
@@ -134,7 +134,8 @@ def check(
     end = math.inf if time_limit is None else start + time_limit
     report = Report(Verdict.NOT_PROVED, "", False, 0, 0, 0, 0, 0, 0, 0, 0.0)
     try:
-        for current in reports(load(path), report, sample, jobs, end):
+        content = path if isinstance(path, bytes) else load(path)
+        for current in reports(content, report, sample, jobs, end):
             report = current
             if progress is not None and report.leaves:
                 progress(report.checked, report.leaves if sample is None else min(sample, report.leaves))

@@ -41,7 +41,7 @@ def main() -> None:
             robot = load_robot(name)
             result = forward_kinematics(robot, lengths, threads=2)
             page = Path(folder) / f"{name}.html"
-            page.write_text(result_page(ResultSource(robot, result, "not asked for")), encoding="utf-8")
+            page.write_text(result_page(ResultSource(robot, result, None)), encoding="utf-8")
             picture = PICTURES / f"report_{name}.png"
             profile = f"--user-data-dir={folder}/profile"
             command = [browser, *OPTIONS, profile, f"--window-size={SIZE}", f"--screenshot={picture}"]

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from cdpr_interval.robots.model import Robot
 from certificates.problem import FORMAT
 from solvers.certificate_point import widened
 from solvers.problem import Options, Problem
@@ -66,7 +67,7 @@ def certificate_document(
         "format": FORMAT,
         "tool": {"name": tool.name, "version": tool.version},
         "claim": f"{robot.name}: {result.message}",
-        "robot": robot_document(problem),
+        "robot": robot_document(robot),
         "lengths_m": [[exact_text(lo), exact_text(hi)] for lo, hi in problem.lengths],
         "external_force_N": vector(problem.external_force),
         "question": {
@@ -109,9 +110,8 @@ def renumbered(entry: Json, places: dict[int | None, int]) -> Json:
     return changed
 
 
-def robot_document(problem: Problem) -> Json:
+def robot_document(robot: Robot) -> Json:
     """Return the robot in exact numbers."""
-    robot = problem.robot
     cables = []
     for cable in robot.cables:
         document: Json = {

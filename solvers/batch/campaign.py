@@ -14,6 +14,7 @@ from typing import Any
 from cdpr_interval.errors import InputError
 from cdpr_interval.robots.document import parse_document
 from cdpr_interval.robots.literal import printable
+from cdpr_interval.robots.model import Robot
 from cdpr_interval.robots.validation import Models
 from solvers.batch import job_schema, tables
 from solvers.batch.executor import Executor
@@ -112,11 +113,20 @@ def _outputs(ledger: Ledger) -> Outputs:
     return outputs_of(models.validated(document).outputs)
 
 
+def robot_of(ledger: Ledger, number: int) -> Robot:
+    """Return the robot of a job, perturbed where the job says so."""
+    from cdpr_interval.robots.reader import parse_robot
+    from solvers.batch.job import perturbed
+
+    job = ledger.job(number)
+    if job is None:
+        raise InputError(f"job {number}: there is none")
+    return perturbed(parse_robot(ledger.robots()[job.robot][2]), json.loads(job.input))
+
+
 def result_of(ledger: Ledger, number: int) -> dict[str, Any]:
     """Return the ``cdpr-result/1`` document of a job; `InputError` when it has none."""
-    from cdpr_interval.robots.reader import parse_robot
     from solvers.batch.answer import result_document
-    from solvers.batch.job import perturbed
 
     job = ledger.job(number)
     if job is None:
@@ -124,7 +134,6 @@ def result_of(ledger: Ledger, number: int) -> dict[str, Any]:
     if job.answer is None:
         raise InputError(f"job {number}: {job.status.value}{': ' + job.message if job.message else ''}")
     asked, settings = json.loads(job.input), ledger.settings()
-    robot = perturbed(parse_robot(ledger.robots()[job.robot][2]), asked)
     question = {
         "command": "fk",
         "taut": asked.get("taut"),
@@ -135,7 +144,7 @@ def result_of(ledger: Ledger, number: int) -> dict[str, Any]:
         "external_force_N": [float(x) for x in asked.get("external_force_N", (0, 0, 0))],
     }
     tool = {"name": this_tool().name, "version": ledger.fact("version")}
-    return result_document(json.loads(job.answer), robot, question, tool)
+    return result_document(json.loads(job.answer), robot_of(ledger, number), question, tool)
 
 
 def estimate(batch: Batch) -> Estimate:

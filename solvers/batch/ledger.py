@@ -37,6 +37,8 @@ CREATE TABLE jobs (
 CREATE INDEX parts ON jobs (whole) WHERE whole IS NOT NULL;
 CREATE TABLE answers (number INTEGER PRIMARY KEY REFERENCES jobs, answer TEXT NOT NULL);
 CREATE TABLE certificates (number INTEGER PRIMARY KEY REFERENCES jobs, file BLOB NOT NULL);
+CREATE TABLE checks (
+  number INTEGER PRIMARY KEY REFERENCES certificates, verdict TEXT NOT NULL, message TEXT NOT NULL);
 """
 
 
@@ -70,6 +72,16 @@ class Recorded:
     seconds: float | None
     message: str
     answer: str | None
+
+
+@dataclass(frozen=True)
+class CheckRow:
+    """What the independent checker said of a job's certificate."""
+
+    number: int
+    verdict: str
+    """As `solvers.proof.Proof.name`."""
+    message: str
 
 
 @contextmanager
@@ -138,8 +150,8 @@ class Ledger:
             raise
 
     @classmethod
-    def open(cls, folder: Path, version: str) -> Ledger:
-        """Open a ledger for writing.
+    def open(cls, folder: Path, version: str | None) -> Ledger:
+        """Open a ledger for writing; ``version`` None: of any version, no answers will be added.
 
         Raises
         ------
@@ -241,10 +253,14 @@ class Ledger:
         """Return the parts of a job, in order."""
         return list(self._recorded("whole = ?", [number]))
 
-    def certificates(self) -> int:
-        """Return the number of proofs."""
-        ((count,),) = self._rows("SELECT COUNT(*) FROM certificates")
-        return int(count)
+    def certified(self) -> list[int]:
+        """Return the jobs that have certificates."""
+        return [number for (number,) in self._rows("SELECT number FROM certificates ORDER BY number")]
+
+    def checks(self) -> list[CheckRow]:
+        """Return what the last checks of certificates said, by job."""
+        rows = self._rows("SELECT number, verdict, message FROM checks ORDER BY number")
+        return [CheckRow(*row) for row in rows]
 
     def certificate(self, number: int) -> bytes | None:
         """Return the proof of a job; None when there is none."""
@@ -297,6 +313,14 @@ class Ledger:
         with _explained(self.folder / FILE), self._transaction():
             self._connection.executemany(
                 "UPDATE jobs SET attempts = attempts + 1 WHERE number = ?", [(n,) for n in numbers]
+            )
+
+    def record_checks(self, rows: Iterable[CheckRow]) -> None:
+        """Record what the checker said, instead of what it said before."""
+        with _explained(self.folder / FILE), self._transaction():
+            self._connection.executemany(
+                "INSERT OR REPLACE INTO checks VALUES (?, ?, ?)",
+                [(row.number, row.verdict, row.message) for row in rows],
             )
 
     def reopen(self) -> int:

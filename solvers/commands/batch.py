@@ -5,6 +5,9 @@ from __future__ import annotations
 import json
 import os
 import sys
+from collections import Counter
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,10 +17,13 @@ from solvers.commands.interrupt import interruptible
 
 if TYPE_CHECKING:
     from solvers.batch.executor import Executor
-    from solvers.batch.ledger import Ledger
+    from solvers.batch.ledger import CheckRow, Ledger
+    from solvers.batch.run import BatchProgress
 
 SHOWN = 10
 """Failed jobs that are listed."""
+PROVED = "PROVED"
+"""The verdict that leaves nothing open."""
 RUN = "run"
 """The command that is meant when none is named."""
 
@@ -173,6 +179,31 @@ def show(folder: str, job: int, as_json: bool, certificate: str | None) -> int:
     return 0
 
 
+@command.command("check")
+@click.argument("folder", metavar="DIR")
+@click.option("--jobs", type=click.IntRange(min=1), metavar="N", help="Processes.  [default: all cores]")
+@click.option(
+    "--time-limit", type=click.FloatRange(min=0.0, min_open=True), metavar="S", help="For each certificate."
+)
+@click.option("-q", "--quiet", is_flag=True, help="No table, no progress.")
+def check(folder: str, jobs: int | None, time_limit: float | None, quiet: bool) -> int:
+    """Give every certificate of a batch to the independent checker.
+
+    Exit code 0: all are proved; 5: some are not; 3: something is left open, or a job has no certificate.
+    """
+    from solvers.batch.checking import check_batch
+    from solvers.batch.ledger import Ledger
+
+    with Ledger.open(Path(folder), None) as ledger:
+        counts = ledger.counts()
+        with _progress(quiet) as report, interruptible():
+            verdicts = check_batch(ledger, jobs or os.cpu_count() or 1, time_limit, report)
+        without = sum(counts.values()) - verdicts.total()
+        if not quiet:
+            _print_checks(verdicts, without, [row for row in ledger.checks() if row.verdict != PROVED])
+    return _checks_code(verdicts, without)
+
+
 # What the commands share.
 
 
@@ -196,19 +227,15 @@ def _estimate(batch: Any, workers: int | None) -> int:
 
 def _proceed(ledger: Ledger, given: dict[str, Any]) -> int:
     from solvers.batch.campaign import proceed
-    from solvers.batch.progress_line import ProgressLine
     from solvers.cli import ExitCode
 
-    line = None if given["quiet"] else ProgressLine(sys.stderr)
     executor = _executor(given)
     try:
-        with interruptible():
+        with _progress(given["quiet"]) as report, interruptible():
             try:
-                document = proceed(ledger, executor, line or (lambda progress: None))
+                document = proceed(ledger, executor, report)
             finally:
                 executor.close()
-                if line is not None:
-                    line.end()
     except KeyboardInterrupt:
         click.echo(f"interrupted; go on with: cdpr-solve batch resume {ledger.folder}", err=True)
         return ExitCode.INTERRUPTED
@@ -219,6 +246,19 @@ def _proceed(ledger: Ledger, given: dict[str, Any]) -> int:
 
         print_summary(document, sys.stdout)
     return _exit_code(document)
+
+
+@contextmanager
+def _progress(quiet: bool) -> Iterator[Callable[[BatchProgress], None]]:
+    """Give what shows reports, and take the line off the terminal at the end."""
+    from solvers.batch.progress_line import ProgressLine
+
+    line = None if quiet else ProgressLine(sys.stderr)
+    try:
+        yield line or (lambda progress: None)
+    finally:
+        if line is not None:
+            line.end()
 
 
 def _executor(given: dict[str, Any]) -> Executor:
@@ -242,3 +282,23 @@ def _exit_code(document: dict[str, Any]) -> int:
     if jobs["failed"] or jobs["crashed"]:
         return ExitCode.NOT_PROVED
     return ExitCode.INCOMPLETE if document["jobs_with_undecided"] or jobs["pending"] else ExitCode.COMPLETE
+
+
+def _print_checks(verdicts: Counter[str], without: int, others: list[CheckRow]) -> None:
+    said = ", ".join(f"{count} {verdict}" for verdict, count in sorted(verdicts.items()))
+    click.echo(f"{verdicts.total()} certificates{': ' if said else ''}{said}")
+    if without:
+        click.echo(f"{without} jobs have none")
+    for row in others[:SHOWN]:
+        click.echo(f"job {row.number} {row.verdict}: {row.message}")
+    if len(others) > SHOWN:
+        click.echo(f"and {len(others) - SHOWN} more")
+
+
+def _checks_code(verdicts: Counter[str], without: int) -> int:
+    from solvers.cli import ExitCode
+    from solvers.proof import REFUSED
+
+    if any(verdicts[verdict] for verdict in REFUSED):
+        return ExitCode.NOT_PROVED
+    return ExitCode.INCOMPLETE if without or set(verdicts) - {PROVED} else ExitCode.COMPLETE

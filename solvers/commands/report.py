@@ -3,8 +3,12 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
+
+if TYPE_CHECKING:
+    from solvers.report.source import ResultSource
 
 
 @click.command("report", short_help="A result or a batch as one HTML file people look at.")
@@ -13,35 +17,60 @@ import click
 @click.option("--figures", metavar="DIR", help="Write the figures as PNG and SVG too.")
 @click.option("--robot", metavar="FILE", help="The robot of RESULT.  [default: the shipped one it names]")
 @click.option("--certificate", metavar="FILE", help="Check this certificate of RESULT and say what came out.")
-def command(source: str, out: str, figures: str | None, robot: str | None, certificate: str | None) -> int:
+@click.option("--job", type=click.IntRange(min=1), metavar="N", help="Only this job of the batch in DIR.")
+def command(
+    source: str, out: str, figures: str | None, robot: str | None, certificate: str | None, job: int | None
+) -> int:
     """Draw RESULT, a file of `fk --json FILE`, or DIR, the folder of a batch.
 
     The report shows the robot with every pose in 3-D, the table of poses, tensions, and always what was left
-    undecided; of a batch the counts, statistics and distributions.
+    undecided; of a batch the counts, statistics and distributions. Exit code 5: the certificate is not
+    proved.
     """
     from cdpr_interval.errors import InputError
+    from solvers.cli import ExitCode
     from solvers.json_target import JsonTarget
 
     target = JsonTarget(out, "--out")
     target.require_writable()
     folder = None if figures is None else Path(figures)
-    if Path(source).is_dir():
-        if robot is not None or certificate is not None:
-            raise InputError("--robot, --certificate: only for a result, a batch has its robots with it")
-        text = _batch(Path(source), folder)
-    else:
-        text = _result(Path(source), robot, certificate, folder)
-    target.write(text)
-    return 0
+    path, is_batch = Path(source), Path(source).is_dir()
+    if is_batch and (robot is not None or certificate is not None):
+        raise InputError("--robot, --certificate: only for a result, a batch has its own with it")
+    if not is_batch and job is not None:
+        raise InputError("--job: only for the folder of a batch")
+    if is_batch and job is None:
+        target.write(_batch(path, folder))
+        return ExitCode.COMPLETE
+    drawn = _job(path, job) if job is not None else _read(path, robot, certificate)
+    target.write(_result(drawn, folder))
+    return ExitCode.NOT_PROVED if drawn.proof is not None and drawn.proof.is_refused else ExitCode.COMPLETE
 
 
-def _result(path: Path, robot: str | None, certificate: str | None, folder: Path | None) -> str:
-    from solvers.report.page import result_page
+def _read(path: Path, robot: str | None, certificate: str | None) -> ResultSource:
     from solvers.report.plots import require_plotly
     from solvers.report.source import read_result
 
     require_plotly()
-    source = read_result(path, robot, certificate)
+    return read_result(path, robot, certificate)
+
+
+def _job(path: Path, number: int) -> ResultSource:
+    from cdpr_interval.errors import InputError
+    from solvers.batch.ledger import LedgerError
+    from solvers.report.plots import require_plotly
+    from solvers.report.source import result_in_batch
+
+    require_plotly()
+    try:
+        return result_in_batch(path, number)
+    except LedgerError as error:
+        raise InputError(str(error)) from None
+
+
+def _result(source: ResultSource, folder: Path | None) -> str:
+    from solvers.report.page import result_page
+
     if folder is not None:
         from solvers.report.figures import result_figures
 

@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import json
+from collections import Counter
 from collections.abc import Sequence
 from html import escape
 from typing import Any
 
 from cdpr_interval.robots.model import Robot
 from cdpr_interval.robots.reader import parse_robot
+from certificates.verdicts import Verdict
 from solvers.batch.ledger import Ledger, Recorded
 from solvers.batch.progress_line import duration
 from solvers.batch.tables import job_rows
 from solvers.batch.work import Status
+from solvers.proof import REFUSED, Proof
 from solvers.report import plots
 from solvers.report.scene import frame_points
 from solvers.report.source import ResultSource
@@ -55,7 +58,7 @@ def result_page(source: ResultSource) -> str:
         f"<p>{escape(result.model)}, {len(result.cables)} cables</p>",
         _banner("good" if result.outcome is Outcome.COMPLETE else "open", result.message),
         _banner("open" if left else "good", left or "Nothing is undecided, nothing was left out."),
-        f"<p>Proof file: {escape(source.certificate)}.</p>",
+        _proof(source.proof),
         "<h2>Cable lengths</h2>",
         _table(["cable", "length m"], list(zip(result.cables, _lengths(result), strict=True))),
         "<h2>The robot</h2>",
@@ -69,6 +72,14 @@ def result_page(source: ResultSource) -> str:
     if result.undecided:
         parts += ["<h2>Undecided</h2>", _table(["cables", "cells", "why", "x, y, z m"], _undecided(result))]
     return _page(result.robot.name, parts)
+
+
+def _proof(proof: Proof | None) -> str:
+    """Return what the independent checker says."""
+    if proof is None:
+        return "<p>No certificate was given to the independent checker.</p>"
+    kind = "bad" if proof.is_refused else "good" if proof.name == Verdict.PROVED else "open"
+    return _banner(kind, f"Independent check of the certificate: {proof}")
 
 
 def left_open(result: Result) -> str:
@@ -115,7 +126,7 @@ def batch_page(ledger: Ledger, document: dict[str, Any]) -> str:
         _banner("bad" if bad else "open" if jobs["pending"] else "good",
                 ", ".join(f"{count} {name}" for name, count in jobs.items() if count)),
         _banner("open" if undecided else "good", f"{undecided} jobs left something undecided."),
-        f"<p>Proof files: {ledger.certificates()} in the ledger, for `batch show --certificate`.</p>",
+        _proofs(ledger),
     ]  # fmt: skip
     for group in document["groups"]:
         parts += _group(group)
@@ -124,6 +135,20 @@ def batch_page(ledger: Ledger, document: dict[str, Any]) -> str:
         rows = [[str(j.number), j.status.value, str(j.attempts), j.message] for j in bad]
         parts += ["<h2>Failed</h2>", _table(["job", "status", "attempts", "why"], rows)]
     return _page(f"{total} problems", parts)
+
+
+def _proofs(ledger: Ledger) -> str:
+    """Return how many jobs have certificates, and what came out when they were checked."""
+    count, checks = len(ledger.certified()), ledger.checks()
+    if not count:
+        return "<p>No certificates were asked for.</p>"
+    verdicts = Counter(row.verdict for row in checks)
+    if count > len(checks):
+        verdicts["not checked (batch check)"] = count - len(checks)
+    good = set(verdicts) == {Verdict.PROVED}
+    bad = not good and any(verdicts[verdict] for verdict in REFUSED)
+    said = ", ".join(f"{n} {verdict}" for verdict, n in verdicts.items())
+    return _banner("good" if good else "bad" if bad else "open", f"{count} certificates: {said}")
 
 
 def _group(group: dict[str, Any]) -> list[str]:

@@ -9,6 +9,9 @@ from cdpr_interval.errors import InputError
 from cdpr_interval.robots.literal import printable, quote
 from cdpr_interval.robots.model import Robot
 from cdpr_interval.robots.reader import load_robot, shipped_robots
+from solvers.batch.campaign import result_of, robot_of
+from solvers.batch.ledger import Ledger
+from solvers.proof import Proof, proof_of
 from solvers.result import Result
 
 LARGEST_RESULT = 200_000_000
@@ -23,8 +26,8 @@ class ResultSource:
 
     robot: Robot
     result: Result
-    certificate: str
-    """What is known of a certificate: one sentence."""
+    proof: Proof | None
+    """What is known by its certificate; None: it has none."""
 
 
 def read_result(path: Path, robot: str | None, certificate: str | None) -> ResultSource:
@@ -52,9 +55,30 @@ def read_result(path: Path, robot: str | None, certificate: str | None) -> Resul
         raise InputError(f"{printable(str(path))}: cannot be read: {reason}") from None
     result = Result.from_json(text)
     found = _robot(result, robot)
-    return ResultSource(
-        found, result, "no certificate was given" if certificate is None else _checked(certificate)
-    )
+    if certificate is None:
+        return ResultSource(found, result, None)
+    try:
+        content = Path(certificate).read_bytes()
+    except OSError as error:
+        raise InputError(f"--certificate: {printable(certificate)}: {error.strerror}") from None
+    return ResultSource(found, result, proof_of(found, result, content, CHECK_SECONDS))
+
+
+def result_in_batch(folder: Path, number: int) -> ResultSource:
+    """Read one job of a batch; its certificate is checked, when the ledger has it.
+
+    Raises
+    ------
+    InputError
+        There is no such job, or it has no result.
+    LedgerError
+        The ledger cannot be read.
+    """
+    with Ledger.peek(folder) as ledger:
+        result = Result.from_json(result_of(ledger, number))
+        robot, content = robot_of(ledger, number), ledger.certificate(number)
+    proof = None if content is None else proof_of(robot, result, content, CHECK_SECONDS)
+    return ResultSource(robot, result, proof)
 
 
 def _robot(result: Result, source: str | None) -> Robot:
@@ -73,10 +97,3 @@ def _robot(result: Result, source: str | None) -> Robot:
     if wanted and robot.sha256 != wanted:
         raise InputError("--robot: is not the file of the result (its SHA-256 differs)")
     return robot
-
-
-def _checked(path: str) -> str:
-    """Return what the independent checker says of a certificate."""
-    from certificates import check
-
-    return f"{Path(path).name}: {check(path, time_limit=CHECK_SECONDS).lines()[0]}"

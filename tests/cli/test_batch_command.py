@@ -154,6 +154,61 @@ def test_undecided_is_code_3_and_failed_is_code_5(run, tmp_path):
     assert "3 of 3 jobs ended" in run("status", tmp_path / "b").stdout
 
 
+CERTIFIED = """
+format: cdpr-batch/1
+robots: [merlet_4_1]
+problems:
+  - type: monte-carlo
+    lengths_m: ["2.7", "3.9", "3.35", "4.4"]
+    samples: 4
+    seed: 3
+    perturb: {frame_anchors_m: {distribution: uniform, half_width: 0.01}}
+options: {certificates: true}
+"""
+
+
+def test_certificates_of_a_batch_are_checked_as_what_they_are(run, tmp_path):
+    out = tmp_path / "out"
+    assert run(write(tmp_path, CERTIFIED), "--out", out, "-q").exit_code == 0
+    done = run("check", out, "--jobs", 2)
+    assert (done.exit_code, done.stdout) == (0, "4 certificates: 4 PROVED\n"), done.stderr
+    page = tmp_path / "page.html"
+    report(out, "--out", page)
+    assert "4 certificates: 4 PROVED" in page.read_text()
+    report(out, "--out", page, "--job", 3)
+    assert "certificate: PROVED: 1 static pose, and no other one" in page.read_text()
+    with connection_to(out) as ledger:
+        # Sound proofs, but not of these jobs: of another robot, and of a pose that is not the answer's.
+        first = "(SELECT file FROM certificates WHERE number = 1)"
+        ledger.execute(f"UPDATE certificates SET file = {first} WHERE number = 2")
+        moved = """replace(answer, '"position_m":[[', '"position_m":[[-')"""
+        ledger.execute(f"UPDATE answers SET answer = {moved} WHERE number = 3")
+        ledger.execute("UPDATE certificates SET file = substr(file, 1, 500) WHERE number = 4")
+    done = run("check", out, "--jobs", 1)
+    assert done.exit_code == 5
+    assert done.stdout.splitlines() == [
+        "4 certificates: 1 MALFORMED, 2 NOT PROVED, 1 PROVED",
+        "job 2 NOT PROVED: the certificate is not of this result: its robot differs",
+        "job 3 NOT PROVED: the certificate is not of this result: 1 of its poses are others",
+        "job 4 MALFORMED: the first line is not that of a certificate with this content",
+    ]
+    report(out, "--out", page)
+    assert '<div class="bad">4 certificates' in page.read_text()
+    report(out, "--out", page, "--job", 2, code=5)
+    assert "its robot differs" in page.read_text()
+
+
+def test_a_batch_without_certificates_has_nothing_proved(run, tmp_path):
+    assert run(write(tmp_path, MONTE_CARLO.format(samples=2)), "--out", tmp_path / "out", "-q").exit_code == 0
+    done = run("check", tmp_path / "out")
+    assert (done.exit_code, done.stdout) == (3, "0 certificates\n2 jobs have none\n")
+
+
+def report(*arguments, code=0):
+    done = CliRunner().invoke(cli, ["report", *map(str, arguments)])
+    assert done.exit_code == code, done.stderr
+
+
 def test_killed_ten_times_ends_the_same(tmp_path):
     """SIGKILL at random moments; nothing that was recorded is done again, and the results are bit for bit."""
     print(f"seed {SEED}")

@@ -13,8 +13,10 @@ import pytest
 from click.testing import CliRunner
 
 from cdpr_interval import load_robot
+from certificates.verdicts import Verdict
 from solvers import forward_kinematics
 from solvers.cli import cli
+from solvers.proof import Proof
 from solvers.report.page import left_open, result_page
 from solvers.report.plots import robot_figure, thinned
 from solvers.report.scene import axis_range, hanging, region, scene
@@ -115,7 +117,7 @@ class Requests(HTMLParser):
 
 def test_the_page_fetches_nothing(merlet):
     page = Requests()
-    page.feed(result_page(ResultSource(*merlet, "none")))
+    page.feed(result_page(ResultSource(*merlet, None)))
     assert page.found == []
     assert page.policy.startswith("default-src 'none'") and "http" not in page.policy
 
@@ -123,7 +125,8 @@ def test_the_page_fetches_nothing(merlet):
 def test_names_are_no_markup(merlet):
     robot, result = merlet
     evil = replace(result, robot=replace(result.robot, name="<script>alert(1)</script>"))
-    assert "<script>alert" not in result_page(ResultSource(robot, evil, "<b>"))
+    refused = Proof(Verdict.NOT_PROVED, False, "<script>alert(2)</script>")
+    assert "<script>alert" not in result_page(ResultSource(robot, evil, refused))
 
 
 def test_what_is_undecided_is_drawn_and_counted(platform):
@@ -131,7 +134,7 @@ def test_what_is_undecided_is_drawn_and_counted(platform):
     robot = load_robot("uc3")
     result = forward_kinematics(robot, ["7.5", "8", "7"], taut=[0, 1, 2], cell_limit=300)
     assert result.pending and f"{result.pending} cells not looked at" in left_open(result)
-    page = result_page(ResultSource(robot, result, "none"))
+    page = result_page(ResultSource(robot, result, None))
     assert f"Left open: {result.pending} cells not looked at." in page and "nothing was left out" not in page
     rotation = np.broadcast_to(np.array([-1.0, 1.0]), (3, 3, 2))
     box = np.array([[1.0, 2.0], [3.0, 5.0], [-3.0, -2.0]])
@@ -141,7 +144,7 @@ def test_what_is_undecided_is_drawn_and_counted(platform):
     (boxes,) = [trace for trace in figure.data if trace.text == "undecided"]
     assert np.nanmin(boxes.y) == 3.0 and np.nanmax(boxes.y) == 5.0
     assert all(button.args[0]["visible"][1] for button in figure.layout.updatemenus[0].buttons)
-    page = result_page(ResultSource(robot, left, "none"))
+    page = result_page(ResultSource(robot, left, None))
     assert "<h2>Undecided</h2>" in page and "1 undecided regions (17 cells)" in page
     assert "a double root" in page
 
@@ -169,11 +172,18 @@ def test_report_of_a_result_with_its_certificate(tmp_path):
     done = run("report", result, "--out", out, "--figures", figures, "--certificate", proof)
     assert done.exit_code == 0, done.stderr
     text = out.read_text()
-    assert "r.cert: PROVED: 1 static pose, and no other one" in text
+    assert "Independent check of the certificate: PROVED: 1 static pose, and no other one" in text
     assert "<td>c1,c3,c4</td>" in text and "1.002722" in text
     names = sorted(file.name for file in figures.iterdir())
     assert names == ["pose_1.png", "pose_1.svg", "tensions.png", "tensions.svg"]
     assert (figures / "pose_1.png").read_bytes().startswith(b"\x89PNG")
+    # A certificate of other lengths proves nothing here, and the report says so.
+    other = tmp_path / "other.cert"
+    run("fk", "merlet_4_1", "--lengths", "2.7,3.9,3.35,4.4", "--certificate", other, "-q")
+    done = run("report", result, "--out", out, "--certificate", other)
+    assert done.exit_code == 5
+    assert "NOT PROVED: the certificate is not of this result: its lengths differ" in out.read_text()
+    assert run("report", result, "--out", out, "--certificate", tmp_path / "none").exit_code == 2
     # Another robot's file is refused, and so is what is no result.
     done = run("report", result, "--out", out, "--robot", "merlet_4_1_k100")
     assert done.exit_code == 2 and "--robot: is not the file of the result" in done.stderr
