@@ -10,8 +10,11 @@ from concurrent.futures import ProcessPoolExecutor
 from functools import partial
 from pathlib import Path
 
+from solvers.batch.campaign import result_of, robot_of
 from solvers.batch.ledger import CheckRow, Ledger
 from solvers.batch.run import RECORD_SECONDS, BatchProgress
+from solvers.proof import REFUSED, proof_of
+from solvers.result import Result
 
 
 def check_batch(
@@ -48,7 +51,7 @@ def check_batch(
                 ledger.record_checks(rows)
                 rows, recorded_at = [], now
                 rate = done / max(now - begun, 1e-9)
-                bad = done - sum(n for verdict, n in verdicts.items() if verdict.startswith("PROVED"))
+                bad = sum(verdicts[verdict] for verdict in REFUSED)
                 report(BatchProgress(done, len(numbers), rate, (len(numbers) - done) / rate, bad))
     finally:
         pool.shutdown(cancel_futures=True)
@@ -57,10 +60,6 @@ def check_batch(
 
 def check_job(folder: Path, time_limit: float | None, number: int) -> CheckRow:
     """Check the certificate of one job."""
-    from solvers.batch.campaign import result_of, robot_of
-    from solvers.proof import proof_of
-    from solvers.result import Result
-
     with Ledger.peek(folder) as ledger:
         content = ledger.certificate(number)
         assert content is not None

@@ -62,6 +62,8 @@ class ProcessPool:
 
     def submit(self, chunk: Chunk) -> None:
         """Give a chunk to a process that has none, or to a new one."""
+        # One that died while it had nothing to do is no job's crash.
+        self._workers = [one for one in self._workers if one.chunk is not None or one.process.is_alive()]
         worker = next((worker for worker in self._workers if worker.chunk is None), None)
         if worker is None:
             worker = _started(self._work)

@@ -5,6 +5,8 @@ from __future__ import annotations
 import sqlite3
 import time
 from concurrent.futures import ThreadPoolExecutor
+from importlib.resources import files
+from multiprocessing import active_children
 
 import pytest
 
@@ -19,7 +21,7 @@ from solvers.batch.job import Settings
 from solvers.batch.job_file import read_job_file
 from solvers.batch.ledger import FILE, Ledger, LedgerError
 from solvers.batch.pool import ProcessPool
-from solvers.batch.work import Chunk, JobOutcome, Status, solve_chunk
+from solvers.batch.work import Chunk, JobOutcome, Status, Task, solve_chunk
 from solvers.forward import forward_kinematics
 from solvers.tool import this_tool
 from tests import batch_workers
@@ -83,6 +85,24 @@ def test_a_job_that_kills_its_worker_is_tried_alone_and_marked(tmp_path):
     assert reports[-1].bad == 1
     (bad,) = [job for job in jobs_of(tmp_path / "out") if job.status is Status.CRASHED]
     assert bad.item == 23 and bad.attempts >= 2 and "SIGKILL" in bad.message
+
+
+def test_a_worker_that_died_idle_is_no_jobs_crash():
+    pool = ProcessPool(1)
+    robot = (files("cdpr_interval") / "robots" / "library" / "merlet_4_1.yaml").read_bytes()
+    task = Task(1, '{"lengths_m":["2.7","3.9","3.35","4.4"]}')
+    chunk = Chunk(robot, Settings().to_json(), (task,), is_retry=True)
+    try:
+        for _ in range(2):
+            pool.submit(chunk)
+            while not (found := pool.wait(1.0)):
+                pass
+            assert found[0].outcomes[0].status is Status.DONE
+            (child,) = [child for child in active_children() if child.name == "batch worker"]
+            child.kill()
+            child.join()
+    finally:
+        pool.close()
 
 
 def test_crashed_jobs_can_be_tried_again(tmp_path):
@@ -282,7 +302,7 @@ def test_a_batch_keeps_certificates(tmp_path):
     batch = read_job_file(write(tmp_path, text + "options: {certificates: true}\n"))
     solve(tmp_path / "out", batch)
     with Ledger.peek(tmp_path / "out") as ledger:
-        assert ledger.certificates() == 1
+        assert ledger.certified() == [1]
         (tmp_path / "proof").write_bytes(ledger.certificate(1))
     report = check(tmp_path / "proof")
     assert report.verdict == "PROVED" and report.complete
