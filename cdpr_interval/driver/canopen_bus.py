@@ -25,6 +25,8 @@ from cdpr_interval.robots.winch import Winch
 
 ANSWER_SHARE = 0.6
 """Of a cycle, for which answers to SYNC are waited for."""
+ANSWER_SECONDS = 1.0
+"""For one SDO answer: drives that store a setting, and busy machines, need more than the library's 0.3 s."""
 PATIENCE = 2.0
 """s to wait for a heartbeat of every node."""
 SPARE = 2
@@ -201,6 +203,7 @@ class CanOpenBus:
         faults: list[str] = []
         for drive in self._drives:
             node = self._network.add_node(drive.node, canopen.ObjectDictionary())
+            node.sdo.RESPONSE_TIMEOUT = ANSWER_SECONDS
             faults += self._configure_drive(canopen, node, drive)
         if not faults:
             faults = self._wait_for_state(objects.STATE_PRE_OPERATIONAL)
