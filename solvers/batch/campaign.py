@@ -6,7 +6,7 @@ import itertools
 import json
 import time
 from collections.abc import Callable
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -58,13 +58,20 @@ def begin(batch: Batch, folder: Path) -> Ledger:
     """
     if batch.outputs.parquet:
         tables.require_parquet()
+    is_new = not folder.exists()
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise InputError(f"--out: {printable(str(folder))}: {error.strerror}") from None
     version = this_tool().version
     if not (folder / FILE).exists():
-        return Ledger.create(folder, batch.text, version, batch.settings, batch.robots, batch.jobs())
+        try:
+            return Ledger.create(folder, batch.text, version, batch.settings, batch.robots, batch.jobs())
+        except BaseException:
+            if is_new:
+                with suppress(OSError):
+                    folder.rmdir()
+            raise
     ledger = Ledger.open(folder, version)
     robots = {robot.robot.sha256 for robot in batch.robots}
     if ledger.fact("job_file") != batch.text.decode("utf-8", "replace") or set(ledger.robots()) != robots:

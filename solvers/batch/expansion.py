@@ -21,6 +21,7 @@ from cdpr_interval.robots.model import Robot
 from solvers.batch import job_schema
 from solvers.batch.draws import Spread, text_of
 from solvers.batch.job import Job, Settings, canonical, decimal_text, problem_of, range_text
+from solvers.input_errors import InputErrors
 from solvers.lengths import read_lengths
 from solvers.problem import LengthRange
 
@@ -221,7 +222,12 @@ def _expansion(
 ) -> Expansion:
     names = robot.cable_names
     if isinstance(block, job_schema.LengthsBlock):
-        rows = [read_lengths(row, names, f"lengths_m[{i}]") for i, row in enumerate(block.lengths_m)]
+        errors = InputErrors()
+        rows = [
+            errors.read(read_lengths, row, names, f"lengths_m[{i}]") or ()
+            for i, row in enumerate(block.lengths_m)
+        ]
+        errors.require_none()
         return Listed(index, robot, asked, tuple(rows))
     if isinstance(block, job_schema.CsvBlock):
         return Listed(index, robot, asked, _table(base / block.file, block.file, robot))
@@ -245,22 +251,18 @@ def _table(path: Path, name: str, robot: Robot) -> tuple[tuple[LengthRange, ...]
     if len(table) < 2:
         raise InputError(f"file {quote(name)}: needs a head with the cables' names and at least one row")
     head = [title.strip() for title in table[0]]
-    rows, errors = [], []
+    rows, errors = [], InputErrors()
     for line, row in enumerate(table[1:], 2):
         if not any(cell.strip() for cell in row):
             continue
         place = f"file {quote(name)} line {line}"
         if len(row) != len(head):
-            errors.append(f"{place}: {len(row)} cells under {len(head)} titles")
+            errors.add(f"{place}: {len(row)} cells under {len(head)} titles")
             continue
         cells = [(title, cell) for title, cell in zip(head, row, strict=True) if not is_free(title)]
         text = ",".join(f"{title}={cell.strip()}" for title, cell in cells)
-        try:
-            rows.append(read_lengths(text, robot.cable_names, place))
-        except InputError as error:
-            errors += error.messages
-    if errors:
-        raise InputError(*errors)
+        rows.append(errors.read(read_lengths, text, robot.cable_names, place) or ())
+    errors.require_none()
     return tuple(rows)
 
 

@@ -145,8 +145,10 @@ class Ledger:
             with _explained(path):
                 return cls(folder, _connected(path), lock)
         except BaseException:
-            lock.close()
             part.unlink(missing_ok=True)
+            if not path.exists():
+                (folder / LOCK).unlink(missing_ok=True)
+            lock.close()
             raise
 
     @classmethod

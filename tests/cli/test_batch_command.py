@@ -314,6 +314,7 @@ WRONG = {
     "1:1: problems: missing": "format: cdpr-batch/1\nrobots: [uc2]\n",
     "problems[0]: lengths_m[0]: 3 lengths for 4 cables": listed([[1, 2, 3]]),
     "problems[0]: lengths_m[0][3]: must be positive, got -4": listed([[1, 2, 3, -4]]),
+    "problems[0]: lengths_m[1]: 2 lengths for 4 cables": listed([[1, 2, 3, -4], [1, 2]]),
     "robots[0]: nobody: no such file or shipped robot": listed(ROWS[:1], "nobody"),
     "'merlet-4-1' is the name of 'merlet_4_1' in robots[0]": listed(ROWS[:1], "merlet_4_1, merlet_4_1.yaml"),
     "problems[0] job 1 is the same as problems[0] job 0": listed(ROWS),
