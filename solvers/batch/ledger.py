@@ -26,6 +26,8 @@ from solvers.batch.work import JobOutcome, Status, Task
 FORMAT = "cdpr-ledger/1"
 FILE = "ledger.sqlite"
 LOCK = "ledger.lock"
+INCOMPLETE = '"outcome":"incomplete"'
+"""In the text of an answer."""
 _TABLES = """
 CREATE TABLE meta (key TEXT PRIMARY KEY, value TEXT NOT NULL);
 CREATE TABLE robots (sha256 TEXT PRIMARY KEY, name TEXT NOT NULL, source TEXT NOT NULL, file BLOB NOT NULL);
@@ -254,6 +256,11 @@ class Ledger:
     def parts(self, number: int) -> list[Recorded]:
         """Return the parts of a job, in order."""
         return list(self._recorded("whole = ?", [number]))
+
+    def incomplete(self) -> list[int]:
+        """Return the jobs whose search left something undecided or pending."""
+        query = "SELECT number FROM answers JOIN jobs USING (number) WHERE whole IS NULL AND instr(answer, ?)"
+        return [number for (number,) in self._rows(f"{query} ORDER BY number", [INCOMPLETE])]
 
     def certified(self) -> list[int]:
         """Return the jobs that have certificates."""

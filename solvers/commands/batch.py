@@ -130,9 +130,11 @@ def status(folder: str, as_json: bool) -> int:
         ended, seconds = ledger.seconds()
         facts = {key: ledger.fact(key) for key in ("version", "created")}
         bad = list(ledger.recorded((Status.FAILED, Status.CRASHED)))
+        undecided = ledger.incomplete()
     total = sum(counts.values())
     if as_json:
-        document = {**facts, "jobs": {s.value: n for s, n in counts.items()}, "seconds": seconds}
+        jobs = {name.value: count for name, count in counts.items()}
+        document = {**facts, "jobs": jobs, "jobs_with_undecided": len(undecided), "seconds": seconds}
         click.echo(json.dumps(document))
         return 0
     click.echo(f"{total - counts[Status.PENDING]} of {total} jobs ended, begun {facts['created']}")
@@ -143,6 +145,9 @@ def status(folder: str, as_json: bool) -> int:
         click.echo(f"{parts - left} of {parts} parts of split jobs ended")
     if ended:
         click.echo(f"{duration(seconds)} of work, {1e3 * seconds / ended:.3g} ms a job")
+    if undecided:
+        more = f" and {len(undecided) - SHOWN} more" if len(undecided) > SHOWN else ""
+        click.echo(f"left something undecided: jobs {', '.join(map(str, undecided[:SHOWN]))}{more}")
     for job in bad[:SHOWN]:
         click.echo(f"job {job.number} {job.status.value} after {job.attempts} attempts: {job.message}")
     if len(bad) > SHOWN:

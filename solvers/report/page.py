@@ -131,6 +131,10 @@ def batch_page(ledger: Ledger, document: dict[str, Any]) -> str:
     for group in document["groups"]:
         parts += _group(group)
     parts += _batch_figures(ledger)
+    left = ledger.incomplete()
+    if left:
+        numbers = ", ".join(map(str, left[:MOST_ROWS])) + (" ..." if len(left) > MOST_ROWS else "")
+        parts += ["<h2>Left open</h2>", f"<p>jobs {numbers}; to look at one: report DIR --job N</p>"]
     if bad:
         rows = [[str(j.number), j.status.value, str(j.attempts), j.message] for j in bad]
         parts += ["<h2>Failed</h2>", _table(["job", "status", "attempts", "why"], rows)]

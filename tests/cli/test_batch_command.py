@@ -140,6 +140,10 @@ def test_undecided_is_code_3_and_failed_is_code_5(run, tmp_path):
         tmp_path, listed([[2.692582403567252, 3.905124837953327, 3.354101966249685, 4.387482193696061]])
     )
     assert run(jobs, "--out", tmp_path / "a", "-q").exit_code == 3
+    assert "left something undecided: jobs 1\n" in run("status", tmp_path / "a").stdout
+    assert json.loads(run("status", tmp_path / "a", "--json").stdout)["jobs_with_undecided"] == 1
+    report(tmp_path / "a", "--out", tmp_path / "a.html")
+    assert "<p>jobs 1; to look at one" in (tmp_path / "a.html").read_text()
     jobs.write_text(MONTE_CARLO.format(samples=3))
     assert run(jobs, "--out", tmp_path / "b", "-q").exit_code == 0
     with connection_to(tmp_path / "b") as ledger:
