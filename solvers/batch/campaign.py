@@ -73,11 +73,26 @@ def begin(batch: Batch, folder: Path) -> Ledger:
                     folder.rmdir()
             raise
     ledger = Ledger.open(folder, version)
-    robots = {robot.robot.sha256 for robot in batch.robots}
-    if ledger.fact("job_file") != batch.text.decode("utf-8", "replace") or set(ledger.robots()) != robots:
+    try:
+        differing = _difference(ledger, batch)
+    except BaseException:
         ledger.close()
-        raise InputError(f"--out: {printable(str(folder))} holds another batch (job file or robots differ)")
+        raise
+    if differing:
+        ledger.close()
+        raise InputError(f"--out: {printable(str(folder))} holds another batch ({differing} differ)")
     return ledger
+
+
+def _difference(ledger: Ledger, batch: Batch) -> str:
+    """Return in what a batch differs from the one of a ledger; empty when it does not."""
+    if ledger.fact("job_file") != batch.text.decode("utf-8", "replace"):
+        return "the job files"
+    if set(ledger.robots()) != {robot.robot.sha256 for robot in batch.robots}:
+        return "the robots"
+    # A table of lengths may have been changed meanwhile.
+    same = all(one == other for one, other in itertools.zip_longest(ledger.questions(), batch.questions()))
+    return "" if same else "the jobs"
 
 
 def proceed(ledger: Ledger, executor: Executor, report: Callable[[BatchProgress], None]) -> dict[str, Any]:

@@ -16,6 +16,8 @@ from cdpr_interval.robots.literal import read_number
 from cdpr_interval.robots.model import Cable, Elasticity, Robot, Vector
 from solvers.problem import LengthRange, Method, Options, Problem
 
+Question = tuple[str, int, int, str]
+"""Robot, problem, item and input of a job."""
 PERTURBED = ("stiffness", "frame_anchors_m", "platform_anchors_m")
 """Keys of a job's input that change the robot."""
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +14,7 @@ from cdpr_interval.robots.literal import quote
 from cdpr_interval.robots.validation import Models
 from solvers.batch import job_schema
 from solvers.batch.expansion import Expansion, expansion_of
-from solvers.batch.job import Job, Settings
+from solvers.batch.job import Job, Question, Settings
 from solvers.batch.robot_files import RobotFile, read_robots
 
 MOST_JOBS = 10_000_000
@@ -52,6 +52,12 @@ class Batch:
         """Yield every job, always in the same order."""
         for expansion in self.expansions:
             yield from expansion.jobs(self.settings)
+
+    def questions(self) -> Iterator[Question]:
+        """Yield what tells every job from the others, as the ledger has it."""
+        for expansion in self.expansions:
+            for job in expansion.jobs(replace(self.settings, split=None)):
+                yield job.robot, job.problem, job.item, job.input
 
 
 def read_job_file(path: str | os.PathLike[str]) -> Batch:

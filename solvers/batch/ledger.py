@@ -19,7 +19,7 @@ from typing import IO, Any
 
 from cdpr_interval.errors import CdprError, InputError
 from cdpr_interval.robots.literal import printable
-from solvers.batch.job import Job, Settings, key_of, key_prefix
+from solvers.batch.job import Job, Question, Settings, key_of, key_prefix
 from solvers.batch.robot_files import RobotFile
 from solvers.batch.work import JobOutcome, Status, Task
 
@@ -232,6 +232,14 @@ class Ledger:
         """Return name, source and file of every robot, by digest."""
         rows = self._rows("SELECT sha256, name, source, file FROM robots ORDER BY rowid")
         return {digest: (name, source, data) for digest, name, source, data in rows}
+
+    def questions(self) -> Iterator[Question]:
+        """Yield what tells every job from the others, in order."""
+        for row in self._rows(
+            "SELECT robot, problem, item, input FROM jobs WHERE whole IS NULL ORDER BY number"
+        ):
+            robot, problem, item, text = row
+            yield robot, problem, item, text
 
     def counts(self, with_parts: bool = False) -> dict[Status, int]:
         """Return the number of jobs of every status."""

@@ -162,13 +162,27 @@ def _solver(data: bytes, settings: Settings) -> Callable[[Task], Answered]:
 
 
 def _together(parts: Sequence[tuple[str, str]]) -> Parts:
-    """Return what the parts of a job found, by subset and frame."""
+    """Return what the parts of a job found, by subset and frame.
+
+    Raises
+    ------
+    CdprError
+        Not all parts of a search are there: poses would be lost.
+    """
     from solvers.platform_parts import Part, PartFound
 
     found: dict[tuple[tuple[int, ...], int], list[PartFound]] = {}
+    counts: dict[tuple[tuple[int, ...], int], int] = {}
     for asked, answer in parts:
         part = Part.from_json(json.loads(asked)["part"])
-        found.setdefault((part.taut, part.frame), []).append(PartFound.from_json(json.loads(answer)))
+        before = found.setdefault((part.taut, part.frame), [])
+        if part.number != len(before):
+            raise CdprError(f"part {len(before)} of {part.of} is missing")
+        before.append(PartFound.from_json(json.loads(answer)))
+        counts[part.taut, part.frame] = part.of
+    for search, some in found.items():
+        if len(some) != counts[search]:
+            raise CdprError(f"part {len(some)} of {counts[search]} is missing")
     return dict(found)
 
 

@@ -155,7 +155,11 @@ def test_what_the_solver_refuses_has_failed_with_its_reason(tmp_path):
     batch = read_job_file(write(tmp_path, text))
     with begin(batch, tmp_path / "out") as ledger:
         ledger._connection.execute('UPDATE jobs SET input = \'{"lengths_m": ["1"]}\' WHERE number = 2')
-    document, _ = solve(tmp_path / "out", batch)
+        pool = ProcessPool(2, solve_chunk)
+        try:
+            document = proceed(ledger, pool, [].append)
+        finally:
+            pool.close()
     assert (document["jobs"]["done"], document["jobs"]["failed"]) == (1, 1)
     bad = jobs_of(tmp_path / "out")[1]
     assert bad.status is Status.FAILED and "1 length for 4 cables" in bad.message
@@ -231,6 +235,24 @@ def test_another_batch_in_the_folder(folder, tmp_path):
         begin(other, folder)
 
 
+def test_a_table_that_was_changed_is_another_batch(tmp_path):
+    table = tmp_path / "t.csv"
+    table.write_text("c1,c2\n4.5,4.5\n4.51,4.49\n")
+    text = "format: cdpr-batch/1\nrobots: [uc2]\nproblems:\n  - {type: csv, file: t.csv}\n"
+    begin(read_job_file(write(tmp_path, text)), tmp_path / "out").close()
+    begin(read_job_file(write(tmp_path, text)), tmp_path / "out").close()
+    for changed_table in (
+        "c1,c2\n4.5,4.5\n4.51,4.48\n",
+        "c1,c2\n4.5,4.5\n",
+        "c1,c2\n4.5,4.5\n4.51,4.49\n5,5\n",
+    ):
+        table.write_text(changed_table)
+        with pytest.raises(InputError, match=r"holds another batch \(the jobs differ\)"):
+            begin(read_job_file(write(tmp_path, text)), tmp_path / "out")
+    table.write_text("c2,c1,notes\n4.50,4.5,x\n4.49,4.51,\n")
+    begin(read_job_file(write(tmp_path, text)), tmp_path / "out").close()
+
+
 def test_one_writer(folder):
     with Ledger.open(folder, VERSION):
         with pytest.raises(LedgerError, match="another process is running this batch"):
@@ -286,6 +308,16 @@ def test_a_split_job_is_put_together(tmp_path):
     for one, other in zip(found["solutions"], wanted["solutions"], strict=True):
         assert one["taut"] == other["taut"]
         assert one["nominal"]["position_m"] == pytest.approx(other["nominal"]["position_m"], abs=1e-9)
+
+
+@pytest.mark.parametrize("lost", [0, 2, 5])
+def test_a_job_with_a_part_missing_is_no_result(tmp_path, lost):
+    batch = read_job_file(write(tmp_path, SPLIT))
+    begin(batch, tmp_path / "out").close()
+    changed(tmp_path / "out", "DELETE FROM jobs WHERE number = ?", 2 + lost)
+    document, _ = solve(tmp_path / "out", batch)
+    assert (document["jobs"]["done"], document["jobs"]["failed"]) == (1, 1)
+    assert jobs_of(tmp_path / "out")[0].message == f"part {lost} of 6 is missing"
 
 
 def test_a_part_that_crashes_takes_its_job_with_it(tmp_path):
