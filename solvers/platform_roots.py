@@ -63,9 +63,9 @@ def system_of(reduction: Reduction, n: int) -> System:
 GENERAL = Reduction(((), (), (), ()), (0, 1, 2, 3, 4, 5))
 GEOMETRY = Reduction(((), (), (), ()), ())
 """Six taut cables: the lengths alone fix the pose, the tensions follow by a linear solve."""
-ABOUT_VERTICAL = Reduction(((2,), (1,), (0,), None), (0, 1, 2, 3, 4))
+ABOUT_VERTICAL = Reduction(((2,), (2,), None, None), (0, 1, 2, 3, 4))
 """Family (a): turning about the load direction z is taken out; its moment equation is dropped."""
-ABOUT_ROD = Reduction(((2,), (1,), (0,), None), (0, 1, 2), rod=True)
+ABOUT_ROD = Reduction(((2,), (2,), None, None), (0, 1, 2), rod=True)
 """Family (b): turning about the platform's z axis is taken out."""
 PLANAR = Reduction(((0, 2), None, (0, 2), None), (0, 2, 4), planar=True)
 """The plane y = 0: one angle, two coordinates, three equilibrium equations."""

@@ -38,6 +38,7 @@ from cdpr_interval.kernels.second_order import (
     widen,
 )
 from solvers.platform_elimination import reduce_row
+from solvers.platform_nearest import nearest_point
 from solvers.platform_polynomials import EQUATION, LOAD, MOST_TAUT, SCRATCH, WRENCH
 
 INT = types.int64
@@ -57,6 +58,8 @@ INVERSE = 38
 """First of seven rows of W: the inverse of the columns' Gram matrix."""
 RIDGE = 1e-12
 """Added to the Gram matrix's diagonal: a useless y only costs a bisection."""
+DEPENDENT = 1e4
+"""Diagonal entry of the inverse Gram matrix of normalised columns from which on they count as dependent."""
 FLOOR = 1e-3
 """Least right side of a form relative to the largest: the load's form hardly varies, yet must be positive."""
 
@@ -228,6 +231,28 @@ def balance_free_of_six(F: Forms, W: LaneArray, rank: int, needed: Lanes, S: Sym
     return free
 
 
+@kernel(signatures(lanes, array3, INT, INT, lanes, lanes))
+def balance_free_of_dependent(
+    F: Forms, W: LaneArray, n: int, rank: int, needed: Lanes, free: Lanes, S: Symbols
+) -> Lanes:
+    """Test the lanes left once more, with the nearest point as y, where the columns are nearly dependent."""
+    store(W, COLUMNS, RIGHT + 1, where_less(0.0, needed, where_less(0.0, free, splat(0.0), 1.0), 0.0))
+    any_left = False
+    for lane in range(LANES):
+        left = W[COLUMNS, RIGHT + 1, lane] > 0.0
+        if left:
+            most = 0.0
+            for i in range(n + 1):
+                most = max(most, W[INVERSE + i, i, lane])
+            left = not most < DEPENDENT
+        if left:
+            nearest_point(W, COLUMNS, Y, lane, n + 1)
+            any_left = True
+    if not any_left:
+        return splat(0.0)
+    return all_positive(F, W, n, n + 1, False, rank, S)
+
+
 @kernel(signatures(lanes, array3, INT, INT, lanes))
 def balance_free(F: Forms, W: LaneArray, n: int, rank: int, needed: Lanes, S: Symbols) -> Lanes:
     """Return 1 where y proves that the cell holds no equilibrium, else 0. Needs ``centre_columns``.
@@ -248,6 +273,8 @@ def balance_free(F: Forms, W: LaneArray, n: int, rank: int, needed: Lanes, S: Sy
         choose_y(W, n + 1)
         choose_slopes(F, W, n, n + 1, S)
         free = maximum(all_positive(F, W, n, n + 1, True, rank, S), free)
+    if not covers(W, free, needed):
+        free = maximum(balance_free_of_dependent(F, W, n, rank, needed, free, S), free)
     return free
 
 
