@@ -56,13 +56,14 @@ class Setting:
     def frozen(self, chart: int) -> tuple[int, ...] | None:
         """Return the entries of u that are 0 in a chart, or None where the chart is not needed.
 
-        Turning about y alone: quaternions (w, 0, y, 0). A turn about z before or after makes a quaternion's z
-        entry 0. D_c moves the entries: u = (x, y, z) / w, (w, z, y) / x, (z, w, x) / y up to signs.
+        Turning about y alone: quaternions (w, 0, y, 0). A turn about z before or after turns (w, z) and (x, y)
+        each in its plane: of the longer one the second entry can be made 0, and its first is then the
+        largest of all four. D_c moves the entries: u = (x, y, z) / w, (w, z, y) / x up to signs.
         """
         if self.planar:
             return (0, 2) if chart in (0, 2) else None
         if self.family:
-            return (2, 1, 0)[chart : chart + 1] if chart < 3 else None
+            return (2,) if chart < 2 else None
         return ()
 
     def cables(self, problem: Problem, order: tuple[int, ...]) -> Platform:

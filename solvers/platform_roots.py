@@ -64,7 +64,11 @@ GENERAL = Reduction(((), (), (), ()), (0, 1, 2, 3, 4, 5))
 GEOMETRY = Reduction(((), (), (), ()), ())
 """Six taut cables: the lengths alone fix the pose, the tensions follow by a linear solve."""
 ABOUT_VERTICAL = Reduction(((2,), (2,), None, None), (0, 1, 2, 3, 4))
-"""Family (a): turning about the load direction z is taken out; its moment equation is dropped."""
+"""Family (a): turning about the load direction z is taken out; its moment equation is dropped.
+
+A turn about z turns the quaternion entries (w, z) and (x, y) each in its plane. Of the longer pair the second can
+be made 0, and its first is then the largest entry: chart 0 with z = 0, or chart 1 with y = 0.
+"""
 ABOUT_ROD = Reduction(((2,), (2,), None, None), (0, 1, 2), rod=True)
 """Family (b): turning about the platform's z axis is taken out."""
 PLANAR = Reduction(((0, 2), None, (0, 2), None), (0, 2, 4), planar=True)
