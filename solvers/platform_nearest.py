@@ -1,9 +1,9 @@
 """The point of a cell's wrenches' convex hull that is nearest to the origin: a direction y for Gordan's test.
 
-Where the normalised wrenches and the load are independent, a linear solve gives y. Where they are not (cables in
-a plane, parallel cables, a symmetric pose), no y has prescribed products with all of them; one with positive
-products still exists unless some non-negative tensions balance the load, and the nearest point is the best of
-them: its least product with a normalised wrench is the largest.
+Where the normalised wrenches and the load are independent, a linear solve gives y. Where they are not
+(cables in a plane, parallel cables, a symmetric pose), no y has prescribed products with all of them; one
+with positive products still exists unless some non-negative tensions balance the load, and the nearest
+point is the best of them: its least product with a normalised wrench is the largest.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from cdpr_interval.kernels.lanes import LaneArray
 
 INT = types.int64
 WEIGHT, TRIAL, CHOSEN, TABLEAU = 7, 8, 9, 10
-"""Columns of the first rows of W: weights of the wrenches, those of a step, 1 where chosen, the step's system."""
+"""Columns of the first rows of W: weights of the wrenches, a step's weights, 1 where chosen, its system."""
 TOLERANCE = 1e-9
 """A wrench that would shorten y by less (relative) is not taken in."""
 LEAST = 1e-13
@@ -95,8 +95,8 @@ def step(W: LaneArray, lane: int, m: int) -> None:
 def nearest_point(W: LaneArray, columns: int, y: int, lane: int, m: int) -> None:
     """Write to row ``y`` of W a positive multiple of the point nearest to the origin, for one lane.
 
-    Lawson and Hanson's active set for min |sum x_i c_i|^2 + (1 - sum x_i)^2, x >= 0. A guess: what it proves is
-    decided by the forms y . w.
+    Lawson and Hanson's active set for min |sum x_i c_i|^2 + (1 - sum x_i)^2, x >= 0. A guess: what it
+    proves is decided by the forms y . w.
     """
     fill_products(W, columns, lane, m)
     for _ in range(3 * m):

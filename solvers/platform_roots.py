@@ -66,8 +66,8 @@ GEOMETRY = Reduction(((), (), (), ()), ())
 ABOUT_VERTICAL = Reduction(((2,), (2,), None, None), (0, 1, 2, 3, 4))
 """Family (a): turning about the load direction z is taken out; its moment equation is dropped.
 
-A turn about z turns the quaternion entries (w, z) and (x, y) each in its plane. Of the longer pair the second can
-be made 0, and its first is then the largest entry: chart 0 with z = 0, or chart 1 with y = 0.
+A turn about z turns the quaternion entries (w, z) and (x, y) each in its plane. Of the longer pair the
+second can be made 0, and its first is then the largest entry: chart 0 with z = 0, or chart 1 with y = 0.
 """
 ABOUT_ROD = Reduction(((2,), (2,), None, None), (0, 1, 2), rod=True)
 """Family (b): turning about the platform's z axis is taken out."""

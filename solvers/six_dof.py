@@ -12,7 +12,8 @@ from solvers import balls
 from solvers.platform_clusters import anywhere, clusters
 from solvers.platform_families import Classification, Kind
 from solvers.platform_frame import Pose, lies_in, pose_of
-from solvers.platform_merge import absorb, distinct, is_open, shared
+from solvers.platform_merge import distinct
+from solvers.platform_open import open_cables, settle
 from solvers.platform_parts import put_together
 from solvers.platform_point import point_solution, poses_at
 from solvers.platform_prepared import kind_of, lengths_of, prepared
@@ -214,7 +215,7 @@ class Run:
         axes = axes_of(self.problem, taut, kind, pose)
         if not axes:
             solution = pose_solution(self.problem, self.options, taut, pose)
-            if solution is not None and not (is_open(solution) and self.is_end(taut, reduced, root)):
+            if solution is not None and not (open_cables(solution) and self.is_end(taut, reduced, root)):
                 found.solutions.append(solution)
         elif any(t < 0 for t in pose.densities):
             return
@@ -254,12 +255,16 @@ class Run:
 
     def answer(self) -> Answer:
         """Assemble what all subsets gave."""
-        names = self.problem.robot.cable_names
-        solutions = shared([s for _, f, _ in self.found for s in f.solutions], names)
-        undecided = [u for _, f, _ in self.found for u in f.undecided]
-        solutions, undecided = absorb(solutions, undecided, names)
         stop = self.budget.stop() or self.stopped
         pending = sum(f.pending for _, f, _ in self.found)
+        with balls.precision():
+            solutions, undecided = settle(
+                self.problem,
+                self.options,
+                [s for _, f, _ in self.found for s in f.solutions],
+                [u for _, f, _ in self.found for u in f.undecided],
+                complete=not pending,
+            )
         reason = StopReason(stop.value) if stop is not None and pending else StopReason.EXHAUSTED
         nothing = not (solutions or undecided or pending)
         return Answer(
@@ -275,7 +280,7 @@ class Run:
 
 def report_of(taut: tuple[int, ...], found: Found, seconds: float) -> SubsetReport:
     """Return a subset's line in the result."""
-    complete = not (found.undecided or found.pending or any(is_open(s) for s in found.solutions))
+    complete = not (found.undecided or found.pending or any(open_cables(s) for s in found.solutions))
     outcome = Outcome.COMPLETE if complete else Outcome.INCOMPLETE
     return SubsetReport(taut, outcome, len(found.solutions), found.cells, seconds)
 

@@ -8,6 +8,8 @@ the height of the load. Motions that only follow a family are taken out first.
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from flint import arb, arb_mat
 from numpy.typing import NDArray
@@ -100,7 +102,7 @@ def on_kernel(form: arb_mat, constraints: arb_mat) -> arb_mat | None:
     return basis.transpose() * form * basis
 
 
-def to_matrix(values: Floats) -> arb_mat:
+def to_matrix(values: NDArray[np.floating[Any]]) -> arb_mat:
     """Return exact balls of a float matrix."""
     return arb_mat([[arb(float(x)) for x in row] for row in values])
 
