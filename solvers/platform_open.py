@@ -228,7 +228,7 @@ def unproved(
 
 
 def alone(problem: Problem, entry: Solution) -> Solution:
-    """Return an open entry of which nothing is claimed. A family's states hold at all its angles: they stay."""
+    """Return an open entry of which nothing is claimed; a family's states, of all its angles, are kept."""
     if entry.family is not None:
         return nothing_claimed(problem, entry)
     return nothing_claimed(problem, described(problem, entry, rotation_of(entry), centre_of(problem, entry)))

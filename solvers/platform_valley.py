@@ -49,7 +49,7 @@ from solvers.stability import constraint_rows, positive_definite, quadratic_form
 Floats = NDArray[np.float64]
 
 STIFF = (0.0, 10.0, 1e3)
-"""Weights, over the form's size, of motions that are ruled out; a large one makes their bounds' width count."""
+"""Weights, over the form's size, of motions that are ruled out; a large one makes their width count."""
 LIFTS = (45, 40, 36, 32, 28, 24)
 """Powers of 1/2, over the platform's size, by which the centre is lifted to where all cables are slack."""
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from itertools import combinations
 
@@ -37,7 +38,7 @@ from solvers.platform_turns import (
     turning_solutions,
 )
 from solvers.problem import Options, Problem, Progress
-from solvers.result import Answer, Outcome, Solution, StopReason, SubsetReport, Undecided
+from solvers.result import Answer, CableState, Outcome, Solution, StopReason, SubsetReport, Undecided
 
 MOST_TAUT = 6
 """Any equilibrium is one of a subset with independent wrenches (Caratheodory); R^6 has at most six."""
@@ -271,16 +272,26 @@ class Run:
             solutions=tuple(solutions),
             undecided=tuple(undecided),
             pending=pending,
-            subsets=tuple(report_of(*entry) for entry in self.found),
+            subsets=tuple(report_of(*entry, solutions, undecided) for entry in self.found),
             stop_reason=reason,
             cells=sum(f.cells for _, f, _ in self.found),
             message=reach_message(self.problem) if nothing else "",
         )
 
 
-def report_of(taut: tuple[int, ...], found: Found, seconds: float) -> SubsetReport:
-    """Return a subset's line in the result."""
-    complete = not (found.undecided or found.pending or any(open_cables(s) for s in found.solutions))
+def report_of(
+    taut: tuple[int, ...],
+    found: Found,
+    seconds: float,
+    solutions: Sequence[Solution],
+    undecided: Sequence[Undecided],
+) -> SubsetReport:
+    """Return a subset's line in the result: incomplete where something that is open may be a pose of it."""
+    complete = not found.pending and all(region.taut != taut for region in undecided)
+    for entry in solutions:
+        slack = {i for i, state in enumerate(entry.cable_states) if state is CableState.SLACK}
+        may_be_own = set(entry.taut) <= set(taut) and not slack & set(taut)
+        complete = complete and (entry.is_decided or not may_be_own)
     outcome = Outcome.COMPLETE if complete else Outcome.INCOMPLETE
     return SubsetReport(taut, outcome, len(found.solutions), found.cells, seconds)
 
