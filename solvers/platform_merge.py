@@ -8,7 +8,8 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from solvers.platform_frame import Frame, lies_in, pose_of
+from solvers import balls
+from solvers.platform_frame import Frame, Pose, half_turn, lies_in, pose_of
 from solvers.platform_roots import Root
 
 Floats = NDArray[np.float64]
@@ -49,3 +50,23 @@ def may_coincide(roots: Sequence[Root]) -> NDArray[np.bool_]:
     unique = np.array([root.unique for root in roots])[None, :, 3:]
     inside = (unique[..., 0] <= core[..., 0]) & (core[..., 1] <= unique[..., 1])
     return np.asarray(inside.all(axis=-1))
+
+
+def one_of_each_torus(roots: Sequence[Root], frame: Frame) -> list[Root]:
+    """Keep one root of each family about two axes, the vertical z and a rod along the platform's x axis.
+
+    Both lie in the plane y = 0 of the search. Half a turn about the one and half a turn about the other
+    take a root's pose to another one in that plane, which is of the same family.
+    """
+    base, platform = frame.base.transpose(), frame.platform.transpose()
+    about_z = base * half_turn(3) * frame.base
+    about_x = platform * half_turn(1) * frame.platform
+    origin = balls.fractions(frame.origin)
+    kept: list[Root] = []
+    for root in roots:
+        pose = pose_of(replace(root, box=root.core), frame)
+        centre = origin + about_z * (pose.centre - origin)
+        other = Pose(about_z * pose.rotation * about_x, centre, pose.densities)
+        if not any(lies_in(other, frame, one) for one in kept):
+            kept.append(root)
+    return kept

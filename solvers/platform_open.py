@@ -189,10 +189,14 @@ def neighbourhood(problem: Problem, entry: Solution, reach: float) -> Neighbourh
     size = platform_size(problem)
     if entry.family is None:
         return Neighbourhood(problem, pose, reach, size)
+    if entry.family.kind != "rotation":
+        return None
     exits = [cable.frame_anchor for cable in problem.robot.cables]
-    on_axis = all(is_zero(cross(minus(a, exits[0]), problem.load)) for a in exits)
-    if entry.family.kind == "rotation" and on_axis:
-        return Neighbourhood(problem, pose, reach, size, upward(problem), False)
+    points = problem.anchors_from_centre
+    if all(is_zero(cross(minus(a, exits[0]), problem.load)) for a in exits):
+        return Neighbourhood(problem, pose, reach, size, upward(problem))
+    if all(b == points[0] for b in points):
+        return Neighbourhood(problem, pose, reach, size, upward(problem), balls.fractions(points[0]))
     return None
 
 

@@ -58,8 +58,8 @@ LIFTS = (45, 40, 36, 32, 28, 24)
 class Neighbourhood:
     """Poses with |p - centre|_k <= reach * size and R = cay(omega) R_c, |omega_k| <= 2 reach.
 
-    In a family about ``axis`` (a unit vector, base frame, through the base or fixed in the turned platform)
-    every pose stands for all that turning makes of it, and omega . axis = 0.
+    In a family every pose stands for all that turning about the vertical makes of it, which changes no
+    cable's distance, and omega has no vertical part.
     """
 
     problem: Problem
@@ -68,15 +68,16 @@ class Neighbourhood:
     reach: float
     size: float
     axis: arb_mat | None = None
-    axis_turns: bool = False
-    """The axis is fixed in the platform."""
+    """The vertical in a family: a unit vector, base frame."""
+    pivot: arb_mat | None = None
+    """The axis passes through this platform point (from the centre of mass); None: through the exits."""
 
     @property
     def small_enough(self) -> bool:
         """Turning one of two poses until omega . axis = 0 between them leaves it within twice the reach."""
-        if self.axis is None or self.axis_turns:
-            return self.reach <= 0.1
-        way = balls.norm(self.centre.centre - self.point)
+        if self.axis is None:
+            return True
+        way = balls.norm(self.centre.centre - self.point_of(self.centre.rotation, self.centre.centre))
         return bool(8 * arb(self.reach) * (way + arb(self.size)) < arb(self.size))
 
     def turns(self) -> arb_mat:
@@ -94,11 +95,6 @@ class Neighbourhood:
         return geometry(
             self.problem, Pose(self.turns() * self.centre.rotation, self.centre.centre + place, ())
         )
-
-    def axis_everywhere(self) -> arb_mat:
-        """Return the axis at all its poses."""
-        assert self.axis is not None
-        return self.turns() * self.axis if self.axis_turns else self.axis
 
     def nearest(self, rotation: arb_mat, centre: arb_mat) -> tuple[arb_mat, arb_mat]:
         """Return a pose that ``holds``, turned in its family to where it is nearest to the centre."""
@@ -149,15 +145,14 @@ class Neighbourhood:
             return None
         half = arb.atan2(along, trace)
         back = balls.turn(self.axis, -2 * half)
-        if self.axis_turns:
-            return relative * back, centre
-        point = self.point
+        point = self.point_of(relative * self.centre.rotation, centre)
         return back * relative, point + back * (centre - point)
 
-    @property
-    def point(self) -> arb_mat:
-        """A point of the axis fixed in the base."""
-        return balls.fractions(self.problem.robot.cables[0].frame_anchor)
+    def point_of(self, rotation: arb_mat, centre: arb_mat) -> arb_mat:
+        """Return a point of a pose's axis."""
+        if self.pivot is None:
+            return balls.fractions(self.problem.robot.cables[0].frame_anchor)
+        return centre + rotation * self.pivot
 
 
 @dataclass(frozen=True)
@@ -212,7 +207,7 @@ def is_valley(
 
 def gauge(where: Neighbourhood) -> list[list[arb]]:
     """Return the motion's part along a family's axis as a row, which is 0; nothing without a family."""
-    return [] if where.axis is None else [[arb(0)] * 3 + balls.entries(where.axis_everywhere())]
+    return [] if where.axis is None else [[arb(0)] * 3 + balls.entries(where.axis)]
 
 
 def scaled(form: arb_mat, size: float) -> arb_mat:

@@ -13,7 +13,7 @@ from solvers import balls
 from solvers.platform_clusters import anywhere, clusters
 from solvers.platform_families import Classification, Kind
 from solvers.platform_frame import Pose, lies_in, pose_of
-from solvers.platform_merge import distinct
+from solvers.platform_merge import distinct, one_of_each_torus
 from solvers.platform_open import open_cables, settle
 from solvers.platform_parts import put_together
 from solvers.platform_point import point_solution, poses_at
@@ -181,7 +181,10 @@ class Run:
         if subset.stop is not Stop.EXHAUSTED:
             found.pending = max(found.pending, 1)
             self.stopped = subset.stop
-        self.add_roots(taut, kind, reduced, distinct(subset.roots, reduced.frame), found)
+        roots = distinct(subset.roots, reduced.frame)
+        if kind.vertical and kind.rod:
+            roots = one_of_each_torus(roots, reduced.frame)
+        self.add_roots(taut, kind, reduced, roots, found)
         found.undecided += clusters(self.problem, taut, reduced, subset, kind.vertical or kind.rod)
 
     def add_roots(
