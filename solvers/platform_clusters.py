@@ -18,7 +18,7 @@ from solvers.result import Undecided
 Floats = NDArray[np.float64]
 
 NEAR = 1e-6
-"""Cells nearer than this are one region: contraction leaves gaps between neighbours."""
+"""Cells nearer than this, or than the widest of them is, are one region: contraction leaves gaps."""
 FINEST = 2_000
 """Most boxes whose touching is looked at pair by pair."""
 
@@ -56,12 +56,14 @@ def connected(cells: Floats, chart: int) -> list[Floats]:
     np.minimum.at(lo, bucket, sides)
     np.maximum.at(hi, bucket, np.column_stack([cells[:, 1:chart:2], cells[:, chart]]))
     label = np.full(count, -1)
+    near = np.maximum(NEAR, (hi - lo).max(axis=0))
+    near[-1] = NEAR
     for k in range(count):
         todo = [] if label[k] >= 0 else [k]
         while todo:
             i = todo.pop()
             label[i] = k
-            fresh = np.flatnonzero(np.all((lo <= hi[i] + NEAR) & (lo[i] <= hi + NEAR), axis=1) & (label < 0))
+            fresh = np.flatnonzero(np.all((lo <= hi[i] + near) & (lo[i] <= hi + near), axis=1) & (label < 0))
             label[fresh] = k
             todo.extend(fresh.tolist())
     return [cells[label[bucket] == k] for k in np.unique(label)]

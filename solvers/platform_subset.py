@@ -36,6 +36,10 @@ SPREAD_SHARE = 0.5
 """Last leaf size over (width of the length ranges / platform size)."""
 GROWING_LEAVES = 60_000
 """More leaves than this, and more than in the round before, mean a continuum that no search resolves."""
+DEEP = 2e-5
+"""Leaf size from which on the leaves lie around single points."""
+GROWING_DEEP = 2_000
+"""More leaves than this around points, and more than in the round before: smaller ones decide no more."""
 
 
 @dataclass
@@ -79,7 +83,8 @@ class SubsetSearch:
             if self.stop is not Stop.EXHAUSTED:
                 self.pending += len(small) + sum(map(len, handed_on))
                 return handed_on[0]
-            growing = GROWING_LEAVES < before < len(small)
+            most = GROWING_LEAVES if leaf_size > DEEP else GROWING_DEEP
+            growing = most < len(small) and before < len(small)
             cells, before = small, len(small)
             if len(small):
                 found, cells = prover.find(small, leaf_size, in_position, self.roots, self.budget)
@@ -111,8 +116,10 @@ class SubsetSearch:
             return
         if last_leaf(self.model) > LAST_LEAF:
             self.reason = "some lengths in the given ranges may have a pose here: neither proved nor excluded"
-        elif too_many:
+        elif too_many and len(cells) > GROWING_LEAVES:
             self.reason = "too many cells remain: the solutions seem to form a continuum"
+        elif too_many:
+            self.reason = "smaller cells decide no more: the wrenches are nearly dependent here, or poses meet"
         else:
             self.reason = "the smallest cells could neither be excluded nor proved"
         if in_position:

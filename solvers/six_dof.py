@@ -291,10 +291,11 @@ def report_of(
 ) -> SubsetReport:
     """Return a subset's line in the result: incomplete where something that is open may be a pose of it."""
     complete = not found.pending and all(region.taut != taut for region in undecided)
-    for entry in solutions:
-        slack = {i for i, state in enumerate(entry.cable_states) if state is CableState.SLACK}
-        may_be_own = set(entry.taut) <= set(taut) and not slack & set(taut)
-        complete = complete and (entry.is_decided or not may_be_own)
+    if any(open_cables(own) for own in found.solutions):
+        for entry in solutions:
+            slack = {i for i, state in enumerate(entry.cable_states) if state is CableState.SLACK}
+            may_be_own = set(entry.taut) <= set(taut) and not slack & set(taut)
+            complete = complete and (entry.is_decided or not may_be_own)
     outcome = Outcome.COMPLETE if complete else Outcome.INCOMPLETE
     return SubsetReport(taut, outcome, len(found.solutions), found.cells, seconds)
 
