@@ -119,7 +119,7 @@ class SubsetSearch:
         elif too_many and len(cells) > GROWING_LEAVES:
             self.reason = "too many cells remain: the solutions seem to form a continuum"
         elif too_many:
-            self.reason = "smaller cells decide no more: the wrenches are nearly dependent here, or poses meet"
+            self.reason = "smaller cells decide no more: the wrenches are nearly dependent, or poses meet"
         else:
             self.reason = "the smallest cells could neither be excluded nor proved"
         if in_position:

@@ -48,15 +48,13 @@ class TensionRays:
         """Return True when cable i carries whatever the tensions are."""
         return all(corner[i] > 0 for part in self.parts for corner in part)
 
-    def bounds(self, i: int) -> tuple[arb, arb | None]:
-        """Return bounds of t_i = x_i / kappa; None where there may be no upper one."""
+    def least(self, i: int) -> arb:
+        """Return a lower bound of t_i = x_i / kappa: some m >= 0 with x_i - m kappa >= 0 at all corners."""
         corners = [corner for part in self.parts for corner in part]
-        pulled = [c for c in corners if c[-1].upper() > 0]
-        low = min((c[i].lower() / c[-1].upper() for c in pulled), key=float, default=arb(0))
-        if not all(c[-1] > 0 for c in corners):
-            return low.max(arb(0)), None
-        high = max((c[i].upper().max(arb(0)) / c[-1].lower() for c in corners), key=float, default=arb(0))
-        return low.max(arb(0)), high
+        if any(corner[-1].lower() <= 0 and corner[i].lower() < 0 for corner in corners):
+            return arb(0)
+        ratios = [c[i].lower() / c[-1].upper() for c in corners if c[-1].upper() > 0]
+        return min(ratios, key=float, default=arb(0)).max(arb(0))
 
 
 def wrench_matrix(spokes: Sequence[arb_mat], arms: Sequence[arb_mat], load: arb_mat, size: float) -> arb_mat:
@@ -173,14 +171,13 @@ def tension_bounds(matrix: arb_mat, rays: TensionRays) -> list[tuple[arb, arb | 
     that holds only up to rounding, the rest is paid for with the cruder bounds of the rays.
     """
     count = matrix.ncols() - 1
-    crude = [rays.bounds(i) for i in range(count)]
-    most = [high for _, high in crude if high is not None]
-    if len(most) < count:
-        return crude
     middle = balls.middle(matrix)
+    most = crude_bounds(matrix, middle)
+    if most is None:
+        return [(rays.least(i), None) for i in range(count)]
     found: list[tuple[arb, arb | None]] = []
     for i in range(count):
-        low, high = crude[i][0], most[i]
+        low, high = rays.least(i), most[i]
         for y in dual_directions(middle, i):
             value = -product(y, matrix, count)
             over, under = arb(0), arb(0)
@@ -192,6 +189,19 @@ def tension_bounds(matrix: arb_mat, rays: TensionRays) -> list[tuple[arb, arb | 
             low = max(low, (value - under).lower(), key=float)
         found.append((low, high))
     return found
+
+
+def crude_bounds(matrix: arb_mat, middle: Floats) -> list[arb] | None:
+    """Return upper bounds of all t_i from one y with y . w_i > 0 for every cable; None without one."""
+    count = middle.shape[1] - 1
+    y = nearest_direction(middle[:, :count] / np.linalg.norm(middle[:, :count], axis=0))
+    if y is None:
+        return None
+    products = [product(y, matrix, k) for k in range(count)]
+    if not all(p > 0 for p in products):
+        return None
+    pull = (-product(y, matrix, count)).max(arb(0))
+    return [pull / p for p in products]
 
 
 def product(y: Floats, matrix: arb_mat, k: int) -> arb:

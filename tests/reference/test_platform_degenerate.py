@@ -29,6 +29,7 @@ def test_symmetric_four_cables_at_the_centre_are_one_entry() -> None:
     assert result.outcome is Outcome.INCOMPLETE
     assert not result.undecided and not result.pending
     (pose,) = result.solutions
+    assert pose.is_proved and pose.stability is Stability.STABLE
     assert pose.cable_states == (CableState.UNDECIDED,) * 4
     assert "tensions not unique" in pose.note
     # |(1.5, 1.5, h)| = 2.6 with h the drop from exit to platform points; these lie 0.25 over the centre.
@@ -74,3 +75,92 @@ def test_the_end_of_a_family_is_no_solution_of_the_larger_subset() -> None:
         assert all(pose.tensions[i, 0] > 1e-6 for i in pose.taut)
     asked = forward_kinematics(end, ["1.5", "1.95", "3"], taut=["c1", "c2"])
     assert asked.outcome is Outcome.COMPLETE
+
+
+CORNERS = [(1, -1), (1, 1), (-1, 1), (-1, -1)]
+
+
+def test_a_box_on_four_equal_cables_hangs_in_one_pose() -> None:
+    """Drones or winches over the corners of a box: all cables parallel, tensions not unique."""
+    result = forward_kinematics(
+        robot(*([[0.3 * x, 0.3 * y, 2], [0.3 * x, 0.3 * y, 0.23]] for x, y in CORNERS)), ["0.5"] * 4
+    )
+    assert not result.undecided and not result.pending
+    (pose,) = result.solutions
+    assert pose.is_proved and pose.stability is Stability.STABLE
+    assert np.allclose(pose.position.mean(axis=1), [0, 0, 1.27], atol=1e-6)
+    assert np.all(pose.tensions[:, 0] == 0.0) and np.allclose(pose.tensions[:, 1], 9.81 / 2, atol=1e-4)
+
+
+def test_four_equal_slings_on_one_hook() -> None:
+    """Level and upside down, each once; the first is proved to be one orbit whichever slings carry."""
+    cables = [([0, 0, 10], [x, 0.6 * y, 0.3]) for x, y in CORNERS]
+    result = forward_kinematics(robot(*cables), ["2"] * 4)
+    assert not result.undecided and not result.pending
+    loose = [s for s in result.solutions if not s.is_strict]
+    assert [s.is_proved for s in loose] == [True, False]
+    assert all(s.family is not None and s.family.kind == "rotation" for s in loose)
+    assert loose[0].stability is Stability.STABLE
+    assert np.allclose(loose[0].position.mean(axis=1), [0, 0, 10 - 0.3 - np.sqrt(4 - 1.36)], atol=1e-9)
+
+
+def test_lengths_of_a_planar_pose_that_no_tensions_hold() -> None:
+    """From ``ik`` at a level pose of a planar square: no pose, at most tiny regions around it."""
+    planar = robot(
+        ([3, 0, 0], [0.15, 0, -0.15]),
+        ([3, 0, 3], [0.15, 0, 0.15]),
+        ([0, 0, 3], [-0.15, 0, 0.15]),
+        ([0, 0, 0], [-0.15, 0, -0.15]),
+    )
+    lengths = ["2.19658826364888", "2.0700241544484452", "1.6324827717314507", "1.7902513789968157"]
+    result = forward_kinematics(planar, lengths, cell_limit=2_000_000)
+    assert not result.solutions and not result.pending
+    for region in result.undecided:
+        assert np.all(np.abs(region.position - np.array([1.2, 0, 1.6])[:, None]) < 1e-4)
+        assert "continuum" not in region.reason
+
+
+def test_prestress_leaves_tensions_without_upper_bound() -> None:
+    """Four cables of a planar robot, all just tight, that can pull against each other."""
+    text = (
+        "format: cdpr-robot/1\nname: t\ngravity_m_s2: [0, -9.81, 0]\nplatform: {mass_kg: 1.2}\ncables:\n"
+        "  - {name: w1, frame_anchor_m: [-0.756, -0.4181, 0], platform_anchor_m: [-0.025, -0.01, 0]}\n"
+        "  - {name: w2, frame_anchor_m: [-0.756, 0.4181, 0], platform_anchor_m: [-0.075, 0.01, 0]}\n"
+        "  - {name: w3, frame_anchor_m: [0.756, 0.4181, 0], platform_anchor_m: [0.075, 0.01, 0]}\n"
+        "  - {name: w4, frame_anchor_m: [0.756, -0.4181, 0], platform_anchor_m: [0.025, -0.01, 0]}\n"
+    )
+    lengths = ["0.9489028453956706", "0.859183688159872", "0.6824929376923985", "0.7797541984497423"]
+    result = forward_kinematics(parse_robot(text.encode()), lengths)
+    (pose,) = result.solutions
+    assert np.all(np.isinf(pose.tensions[:, 1]))
+    held = np.array([0.0, 18.0674547652, 14.1459, 5.41389])
+    assert np.all(pose.tensions[:, 0] <= held + 1e-3) and np.all(pose.tensions[1:, 0] > 0.9 * held[1:])
+    assert "prestress" in pose.note
+
+
+def test_four_parallel_cables_that_cannot_all_carry_are_decided() -> None:
+    """Nearly equal parallel cables under a slanted load: excluded, not a continuum."""
+    exits = [(4.941497, 5.654625, -0.132864), (4.291257, 3.60028, 0.306571), (5.093158, 3.525753, -1.079626),
+             (6.315023, 5.645676, -0.835948)]  # fmt: skip
+    points = [(-0.058502551, 0.654625199, -0.132863822), (-0.708743378, -1.399720415, 0.306571356),
+              (0.093157927, -1.474247484, -1.079626232), (1.31502346, 0.645675982, -0.835948282)]  # fmt: skip
+    result = forward_kinematics(
+        robot(*((list(a), list(b)) for a, b in zip(exits, points, strict=True))),
+        ["8.0728"] * 4,
+        taut=["c1", "c2", "c3", "c4"],
+        external_force=["1.04", "0.941", "-5.596"],
+        cell_limit=3_000_000,
+    )
+    assert result.outcome is Outcome.COMPLETE
+
+
+def test_a_rod_on_a_vertical_is_listed_once() -> None:
+    """Two axes: a pose and its half turn about the vertical are one family."""
+    text = (
+        "format: cdpr-robot/1\nname: rod\ngravity_m_s2: [0, -9.81, 0]\nplatform: {mass_kg: 1}\ncables:\n"
+        "  - {name: c1, frame_anchor_m: [0.761, 2.116, 1.386], platform_anchor_m: [0.2, -0.4, 0.4]}\n"
+        "  - {name: c2, frame_anchor_m: [0.761, 2.329, 1.386], platform_anchor_m: [-0.1, 0.2, -0.2]}\n"
+    )
+    result = forward_kinematics(parse_robot(text.encode()), ["2.1953", "2.7377"])
+    assert result.outcome is Outcome.COMPLETE
+    assert sum(s.family is not None and s.family.kind == "torus" for s in result.solutions) == 1

@@ -1,4 +1,4 @@
-"""Claims of an entry, counts of a message and of subsets: written, read, contradicted where they are wrong."""
+"""Claims of an entry, counts of a message and of subsets: written, read, contradicted where wrong."""
 
 import json
 from dataclasses import replace
