@@ -1,9 +1,9 @@
 """numba's cache on disk, one process at a time.
 
 numba replaces each file of its cache at once, but a kernel that is saved takes two: the index, which names a
-data file for each signature, and that data file. Two processes that compile different signatures of one kernel
-(the workers of a batch on a new machine) can both choose the same data file, and later runs load the machine
-code of one signature for the other. A lock on the folder keeps index and data together.
+data file for each signature, and that data file. Two processes that compile different signatures of one
+kernel (the workers of a batch on a new machine) can both choose the same data file, and later runs load the
+machine code of one signature for the other. A lock on the folder keeps index and data together.
 """
 
 from __future__ import annotations

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import sys
 import threading
 import time
@@ -14,14 +15,21 @@ from numba.core import caching
 from cdpr_interval.kernels import rounding
 from cdpr_interval.kernels.cache import LockedCacheFile, locked
 
+ROOT = Path(__file__).resolve().parents[2]
 PLAIN = LockedCacheFile.__bases__[0]
 
 
-def test_every_kernel_uses_the_lock():
-    from solvers import platform_statics, point_mass_lowest
+def test_every_file_with_cached_kernels_brings_the_lock():
+    """Also when nothing else was imported before it."""
+    files = [*(ROOT / "solvers").rglob("*.py"), *(ROOT / "cdpr_interval" / "engine").rglob("*.py")]
+    cached = [path for path in files if "cache=True" in path.read_text()]
+    brings = re.compile(r"^(from|import) cdpr_interval\.kernels\b", re.MULTILINE)
+    assert cached
+    assert [path.name for path in cached if not brings.search(path.read_text())] == []
 
-    for kernel in (rounding.down, platform_statics.weigh, point_mass_lowest.lowest_of_one):
-        assert isinstance(kernel._cache._cache_file, LockedCacheFile)
+
+def test_a_kernel_uses_the_lock():
+    assert isinstance(rounding.down._cache._cache_file, LockedCacheFile)
     assert caching.IndexDataCacheFile is LockedCacheFile
 
 
