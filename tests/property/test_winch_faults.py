@@ -138,6 +138,7 @@ def act(bench: Bench, watch: Watch, action: str, value) -> None:
         getattr(group, action)()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ROBOTS)
 @settings(deadline=None, max_examples=40)
 @given(actions=ACTIONS)
@@ -217,6 +218,7 @@ def test_a_slip_is_found_at_the_next_mark(slip, goal, drive):
     assert bench.group.snapshot.cables[drive].state is ReferenceState.DEGRADED
 
 
+@pytest.mark.slow
 @settings(deadline=None, max_examples=12)
 @given(
     name=st.sampled_from(tuple(ROBOTS)),
