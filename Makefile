@@ -1,33 +1,68 @@
-# Everything runs in .venv, which is created on first use and updated when pyproject.toml changes.
+# Everything runs in .venv, which is created on first use and updated when pyproject.toml or the lock changes.
 SHELL := /bin/bash
 PYTHON ?= python3
+JOBS ?= logical
 VENV := .venv
 BIN := $(VENV)/bin
 INSTALLED := $(VENV)/.installed
+LOCK := requirements.lock
+EXTRAS := dev,driver,plot,report,cluster
+UV := .venv-tools/bin/uv
+PIP := -m pip install --quiet --disable-pip-version-check
+RESOLVE := --no-config --quiet --upgrade
+SECONDS ?= 600
 
 # Another active environment, or modules on PYTHONPATH, must not leak into this one.
 unexport VIRTUAL_ENV PYTHONPATH PYTHONHOME
 
-.PHONY: help install demo test planted lint format types layers wheel schemas check clean
+.PHONY: help install demo test test-slow test-all test-lowest test-latest fuzz planted lint format types layers \
+  wheel schemas lock check clean
 .DEFAULT_GOAL := help
 
 help: ## list the targets
-	@grep -E '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed -E 's/^([a-z]+):.*## /  make \1\t/' | expand -t 18
+	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## /  make \1\t/' | expand -t 22
 
-$(INSTALLED): pyproject.toml
-	@test -x $(BIN)/python || { $(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' \
-	  || { echo "$(PYTHON) is older than 3.11; name another one: make PYTHON=python3.12 ..." >&2; exit 1; }; \
-	  $(PYTHON) -m venv $(VENV); }
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[dev,driver,plot,report,cluster]'
+.venv .venv-lowest .venv-latest .venv-tools:
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' \
+	  || { echo "$(PYTHON) is older than 3.11; name another one: make PYTHON=python3.12 ..." >&2; exit 1; }
+	$(PYTHON) -m venv $@
+
+$(INSTALLED): pyproject.toml $(LOCK) | $(VENV)
+	$(BIN)/python $(PIP) --require-hashes --requirement $(LOCK)
+	$(BIN)/python $(PIP) --no-deps --no-build-isolation --editable .
 	@touch $@
 
-install: $(INSTALLED) ## create .venv and install the package with its development tools
+install: $(INSTALLED) ## create .venv with the locked versions, the package and its development tools
 
 demo: $(INSTALLED) ## solve the examples of the papers
 	@PATH="$(CURDIR)/$(BIN):$$PATH" scripts/demo.sh
 
-test: $(INSTALLED) ## run the test suite
-	$(BIN)/python -m pytest
+test: $(INSTALLED) ## run the quick tests, some minutes: what a developer runs (JOBS=1: one process)
+	$(BIN)/python scripts/warm_up.py
+	$(BIN)/python -m pytest --numprocesses $(JOBS) -m 'not slow'
+
+test-slow: $(INSTALLED) ## run the other tests
+	$(BIN)/python scripts/warm_up.py
+	$(BIN)/python -m pytest --numprocesses $(JOBS) -m slow
+
+test-all: test test-slow ## run every test
+
+test-lowest: RESOLUTION := lowest-direct
+test-lowest: $(UV) .venv-lowest ## run the quick tests with the lowest versions that pyproject.toml allows (Python 3.11)
+
+test-latest: RESOLUTION := highest
+test-latest: $(UV) .venv-latest ## run the quick tests with the newest versions
+
+test-lowest test-latest: ENVIRONMENT = .venv-$(@:test-%=%)
+test-lowest test-latest: export NUMBA_CACHE_DIR = $(CURDIR)/$(ENVIRONMENT)/numba
+test-lowest test-latest:
+	$(UV) pip install $(RESOLVE) --resolution $(RESOLUTION) --python $(ENVIRONMENT) --editable '.[$(EXTRAS)]'
+	rm -rf $(NUMBA_CACHE_DIR)
+	$(ENVIRONMENT)/bin/python scripts/warm_up.py
+	$(ENVIRONMENT)/bin/python -m pytest --numprocesses $(JOBS) -m 'not slow'
+
+fuzz: $(INSTALLED) ## draw new examples and print what reproduces a failure: make fuzz SECONDS=600 SEED=1
+	$(BIN)/python scripts/fuzz.py --seconds $(SECONDS) $(if $(SEED),--seed $(SEED))
 
 planted: $(INSTALLED) ## random robots with known poses: none may be lost
 	$(BIN)/python scripts/planted_point_mass.py 300 1
@@ -54,8 +89,15 @@ wheel: $(INSTALLED) ## build the wheel and check what is in it
 schemas: $(INSTALLED) ## write the JSON Schemas anew
 	$(BIN)/python scripts/make_schemas.py
 
-check: lint types layers wheel test ## everything CI runs
+$(UV): | .venv-tools
+	.venv-tools/bin/python $(PIP) uv
 
-clean: ## remove caches (not .venv)
-	find . -path ./$(VENV) -prune -o -type d \( -name __pycache__ -o -name .hypothesis -o -name .mypy_cache \) \
+lock: $(UV) ## renew requirements.lock: the newest versions, for every platform and Python, with hashes
+	$(UV) pip compile $(RESOLVE) --universal --python-version 3.11 --fork-strategy fewest --all-extras \
+	  --generate-hashes --custom-compile-command 'make lock' --output-file $(LOCK) pyproject.toml
+
+check: lint types layers wheel test-all ## everything CI runs
+
+clean: ## remove caches (not the environments)
+	find . -path './.venv*' -prune -o -type d \( -name __pycache__ -o -name .hypothesis -o -name .mypy_cache \) \
 	  -print0 | xargs -0 rm -rf

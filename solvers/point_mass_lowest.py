@@ -14,6 +14,8 @@ from typing import Any
 import numpy as np
 from numba import njit
 
+import cdpr_interval.kernels  # noqa: F401  its cache
+
 LOWEST = 0
 """Status: ``p`` is the lowest point of all balls, up to rounding."""
 APART = 1

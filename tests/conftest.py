@@ -1,10 +1,19 @@
-"""Settings of every test: no files left behind, seeds printed on failure."""
+"""Settings of every test: no files left behind, the same examples on every run."""
 
 import tempfile
 
+import pytest
 from hypothesis import configuration, settings
 
 _scratch = tempfile.TemporaryDirectory(prefix="cdpr-hypothesis-")
 configuration.set_hypothesis_home_dir(_scratch.name)
-settings.register_profile("suite", database=None, deadline=None, print_blob=True)
+settings.register_profile("suite", database=None, deadline=None, print_blob=True, derandomize=True)
+settings.register_profile("fuzz", settings.get_profile("suite"), derandomize=False)
 settings.load_profile("suite")
+
+
+def pytest_report_header(config: pytest.Config) -> str:
+    """Say which examples the property tests draw; every other random number has its seed in the test."""
+    if settings.default.derandomize:
+        return "property tests: the same examples on every run (derandomised); `make fuzz` draws others"
+    return f"property tests: new examples, --hypothesis-seed={config.getoption('--hypothesis-seed')}"

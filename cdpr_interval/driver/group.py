@@ -81,7 +81,11 @@ class WinchGroup:
         Raises
         ------
         BusError
-            One line for each thing that is missing.
+            One line for each thing that is missing. The group is off then, even if it was connected before:
+            every drive was configured anew, and no cycle runs. References and causes of a stop are kept, and
+            `connect` may be tried again.
+        Refused
+            While drives are enabled (nothing is changed), or no process data came (off, as above).
         """
         self.supervisor.require_connectable()
         self._end_cycle()
@@ -101,8 +105,7 @@ class WinchGroup:
         """Stop if anything moves, disable, leave the bus."""
         try:
             if self.state is GroupState.HOLDING:
-                self.supervisor.disable()
-                self.wait(lambda snapshot: snapshot.state is GroupState.DISABLED, 1.0)
+                self._tell_to_disable()
             elif self.state not in (GroupState.OFF, GroupState.DISABLED, GroupState.STOPPED):
                 self.supervisor.stop("the driver was closed while the winches moved")
                 self.pass_cycles(2)
@@ -182,9 +185,14 @@ class WinchGroup:
         self._until(lambda snapshot: snapshot.state is GroupState.HOLDING, PATIENCE)
 
     def disable(self) -> None:
-        """Let the brakes hold."""
-        self.supervisor.disable()
+        """Let the brakes hold; the drives were told when it returns."""
+        self._tell_to_disable()
         self._until(lambda snapshot: snapshot.state is GroupState.DISABLED, PATIENCE)
+
+    def _tell_to_disable(self) -> None:
+        """Disable, and let it be sent and answered: who leaves the bus before makes the drives fail."""
+        self.supervisor.disable()
+        self.pass_cycles(2)
 
     def stop(self, reason: str = "stop was asked for") -> None:
         """Stop all winches now; never raises."""

@@ -101,23 +101,33 @@ class Supervisor:
             self._require(GroupState.OFF, GroupState.DISABLED, GroupState.STOPPED)
 
     def connect(self) -> None:
-        """Connect the bus; the drives stay disabled. `BusError` lists what is missing."""
+        """Connect the bus; the drives stay disabled. `BusError` lists what is missing, and all is off then.
+
+        A bus that is connected already is configured anew: what it was cannot be kept when that fails.
+        References and causes of a stop are kept in any case.
+        """
         with self._lock:
             self._require(GroupState.OFF, GroupState.DISABLED, GroupState.STOPPED)
             try:
                 self.bus.connect()
                 first = self._first_feedback()
             except BaseException:
-                self.bus.close()
+                self._leave()
                 raise
             for axis, heard in zip(self.axes, first, strict=True):
                 axis.start(heard)
             self._heard = first
-            if self._state is GroupState.OFF:
-                self._set(GroupState.DISABLED)
+            self._set(GroupState.STOPPED if self._causes else GroupState.DISABLED)
             self._decided_at = self.bus.now()
-            self._next = self._idle(cia402.DISABLE_VOLTAGE)
+            self._next = self._idle(cia402.QUICK_STOP if self._causes else cia402.DISABLE_VOLTAGE)
             self._snapshot = self._picture()
+
+    def _leave(self) -> None:
+        """Leave the bus: nothing is heard any more, and no cycle does anything until `connect` succeeds."""
+        self.bus.close()
+        self._heard = tuple(Feedback() for _ in self.axes)
+        self._set(GroupState.OFF)
+        self._snapshot = self._picture()
 
     def _first_feedback(self) -> tuple[Feedback, ...]:
         """Let drives answer before anything is sent: their targets must be where they are."""
@@ -166,12 +176,13 @@ class Supervisor:
                 raise Refused("a drive started anew: connect again first")
             if self._state is GroupState.MOVING:
                 raise Refused("the winches are still slowing down")
+            self._require(GroupState.STOPPED, GroupState.HOLDING, GroupState.DISABLED)
             self._tell("acknowledge", {"causes": [str(cause) for cause in self._causes]})
-            if self._state is GroupState.HOLDING:
+            if self._state is not GroupState.STOPPED:
+                # The caller was late, nothing else: the drives hold, or their brakes do since.
                 self._causes.clear()
                 self._snapshot = self._picture()
                 return
-            self._require(GroupState.STOPPED)
             self._deadline = self.bus.now() + sequences.RESET_TIME
             self._set(GroupState.RESETTING)
 

@@ -19,6 +19,8 @@ from typing import Any
 
 from numba import njit
 
+import cdpr_interval.kernels  # noqa: F401  its cache
+
 MAX_CHILDREN = 4
 """Rows of ``children`` a problem may fill."""
 

@@ -1,1 +1,5 @@
 """Compiled kernels: directed rounding, intervals, second-order forms and small dense linear algebra."""
+
+from cdpr_interval.kernels import cache
+
+cache.install()

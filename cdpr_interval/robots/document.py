@@ -22,6 +22,7 @@ import hashlib
 import os
 import re
 from collections.abc import Iterable, Iterator
+from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -35,6 +36,7 @@ LARGEST_FILE = 1_000_000
 """Bytes."""
 DEEPEST_LEVEL = 32
 """Nested lists and mappings; also bounds the recursion of every reader."""
+TOO_DEEP = f"nested deeper than {DEEPEST_LEVEL} levels"
 MOST_ERRORS = 100
 """Errors printed of one file; the rest is counted."""
 
@@ -211,20 +213,49 @@ def parse_document(data: bytes | str, file: str = "<text>") -> Document:
     document = Document(printable(file), hashlib.sha256(raw).hexdigest())
     if len(raw) > LARGEST_FILE:
         raise InputError(f"{document.file}: is larger than {LARGEST_FILE} bytes, the limit for a file")
-    composer = _Composer(document, _decode(raw, document))
+    text = _decode(raw, document)
     try:
-        document.root = composer.document()
-    except yaml.MarkedYAMLError as error:
-        mark = error.problem_mark or error.context_mark
-        line, column = (mark.line + 1, mark.column + 1) if mark else (1, 1)
-        document.report_at(line, column, "", f"not valid YAML: {error.problem or error.context}")
-    except yaml.YAMLError as error:
-        document.report_at(1, 1, "", f"not valid YAML: {printable(str(error))}")
+        document.root = _Composer(document, text).document()
+    except (yaml.YAMLError, ValueError) as error:
+        # ValueError: PyYAML's own, of a version number with thousands of digits.
+        place = _too_deep_at(text)
+        document.report_at(*(place or _error_place(error)), "", TOO_DEEP if place else _said(error))
     except _Hopeless:
         pass
     if not hasattr(document, "root"):
         document.require_valid()
     return document
+
+
+def _too_deep_at(text: str) -> tuple[int, int] | None:
+    """Return where a text that a parser gave up on is nested too deeply; None when it is not.
+
+    libyaml reads a thousand brackets ahead, and some versions give up at a depth of their own before they
+    have said anything of it. The parser in Python tells each one: it is slow, so only asked where it can be.
+    """
+    if text.count("[") + text.count("{") <= DEEPEST_LEVEL:
+        return None
+    level = 0
+    with suppress(yaml.YAMLError, ValueError):
+        for event in yaml.parse(text, Loader=yaml.SafeLoader):
+            level += isinstance(event, yaml.CollectionStartEvent)
+            level -= isinstance(event, yaml.CollectionEndEvent)
+            if level > DEEPEST_LEVEL:
+                return _place(event)
+    return None
+
+
+def _error_place(error: Exception) -> tuple[int, int]:
+    """Return line and column of a parser's error, from 1; the beginning when it names none."""
+    mark = getattr(error, "problem_mark", None) or getattr(error, "context_mark", None)
+    return (mark.line + 1, mark.column + 1) if mark else (1, 1)
+
+
+def _said(error: Exception) -> str:
+    """Return what a parser says as a part of one short line."""
+    problem = getattr(error, "problem", None) or getattr(error, "context", None) or str(error)
+    said = printable(problem)
+    return f"not valid YAML: {said if len(said) <= 100 else said[:97] + '...'}"
 
 
 def _decode(raw: bytes, document: Document) -> str:
@@ -281,7 +312,7 @@ class _Composer:
         line, column = _place(event)
         if isinstance(event, yaml.CollectionStartEvent):
             if level > DEEPEST_LEVEL:
-                self._report(event, "", f"nested deeper than {DEEPEST_LEVEL} levels")
+                self._report(event, "", TOO_DEEP)
                 raise _Hopeless
             is_mapping = isinstance(event, yaml.MappingStartEvent)
             entries = self._mapping(path, level) if is_mapping else self._list(path, level)

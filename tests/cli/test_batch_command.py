@@ -135,6 +135,7 @@ def connection_to(folder):
         yield connection
 
 
+@pytest.mark.slow
 def test_undecided_is_code_3_and_failed_is_code_5(run, tmp_path):
     jobs = write(
         tmp_path, listed([[2.692582403567252, 3.905124837953327, 3.354101966249685, 4.387482193696061]])
@@ -171,6 +172,7 @@ options: {certificates: true}
 """
 
 
+@pytest.mark.slow
 def test_certificates_of_a_batch_are_checked_as_what_they_are(run, tmp_path):
     out = tmp_path / "out"
     assert run(write(tmp_path, CERTIFIED), "--out", out, "-q").exit_code == 0
@@ -213,6 +215,7 @@ def report(*arguments, code=0):
     assert done.exit_code == code, done.stderr
 
 
+@pytest.mark.slow
 def test_killed_ten_times_ends_the_same(tmp_path):
     """SIGKILL at random moments; nothing that was recorded is done again, and the results are bit for bit."""
     print(f"seed {SEED}")
@@ -268,6 +271,7 @@ def wait_for_records(folder, before, share, victim):
     time.sleep(0.3 * share)
 
 
+@pytest.mark.slow
 def test_interrupt_says_how_to_go_on(tmp_path):
     jobs, out = write(tmp_path, MONTE_CARLO.format(samples=100_000)), tmp_path / "out"
     running = process(jobs, "--out", out, "-q", "--workers", 2)
@@ -279,6 +283,7 @@ def test_interrupt_says_how_to_go_on(tmp_path):
     assert 0 < len(ended(out)) < 100_000
 
 
+@pytest.mark.slow
 def test_a_full_disk_keeps_the_ledger(run, tmp_path):
     """No file may grow beyond 2 MB: the run ends with one line, and goes on when there is room."""
     jobs, out = write(tmp_path, MONTE_CARLO.format(samples=3000)), tmp_path / "out"

@@ -674,6 +674,7 @@ def test_starts_near_static_poses_lead_to_them(name: str, least: int) -> None:
     check_starts(robot, lengths, force, least)
 
 
+@pytest.mark.slow
 def test_starts_near_static_poses_of_a_robot_with_eight_cables() -> None:
     check_starts(load_robot("cogiro"), COGIRO, None, 44)
 

@@ -6,7 +6,7 @@ import contextlib
 from fractions import Fraction as F
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from cdpr_interval.driver import cia402
@@ -14,6 +14,7 @@ from cdpr_interval.driver.counter import nearest
 from cdpr_interval.driver.drum import OffTheDrum
 from cdpr_interval.driver.group import WinchesStopped
 from cdpr_interval.driver.reference import ReferenceState
+from cdpr_interval.driver.requests import Refused
 from cdpr_interval.driver.simulated_drive import FaultKind, SimulatedFault
 from cdpr_interval.driver.snapshot import GroupState
 from cdpr_interval.errors import CdprError
@@ -61,14 +62,17 @@ NOTICED_WITHIN = {
 
 
 class Watch:
-    """Looks at every frame that leaves, with what was known when it left."""
+    """Looks at every frame that leaves, with what was known when it left.
+
+    What is wrong is kept for the test: the cycle latches any exception, an assertion's too.
+    """
 
     def __init__(self, bench: Bench) -> None:
         self.bench = bench
-        self.acknowledged = 0
         self.stopped_at: int | None = None
         self.frames = 0
-        bench.bus.observer = self.look
+        self.wrong: list[AssertionError] = []
+        bench.bus.observer = self.observe
         bench.group._event = self.event
         bench.group.supervisor._tell = self.event
 
@@ -78,7 +82,13 @@ class Watch:
         elif kind == "acknowledge":
             self.stopped_at = None
 
-    def look(self, time: float, commands: tuple) -> None:
+    def observe(self, time: float, commands: tuple) -> None:
+        try:
+            self.look(commands)
+        except AssertionError as error:
+            self.wrong.append(error)
+
+    def look(self, commands: tuple) -> None:
         """No target outside the limits leaves, and nothing but quick stop after a stop."""
         self.frames += 1
         supervisor = self.bench.group.supervisor
@@ -128,9 +138,11 @@ def act(bench: Bench, watch: Watch, action: str, value) -> None:
         getattr(group, action)()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ROBOTS)
 @settings(deadline=None, max_examples=40)
 @given(actions=ACTIONS)
+@example([("fault", SimulatedFault(0, FaultKind.FREEZE)), ("disable", None), ("connect", None)])
 def test_whatever_goes_wrong(name, actions):
     """Targets stay inside, a stop is quick stop to all, and nothing but acknowledge leads out of it."""
     bench = Bench(ROBOTS[name]).enabled()
@@ -141,7 +153,24 @@ def test_whatever_goes_wrong(name, actions):
             act(bench, watch, action, value)
         if latched and action not in ("acknowledge",):
             assert bench.group.snapshot.latched, f"{action} led out of a stop"
+        assert not watch.wrong, watch.wrong[0]
+    if bench.group.state is GroupState.OFF:
+        connected_again(bench)
     bench.group.pass_cycles(30)
+    assert not watch.wrong, watch.wrong[0]
+
+
+def connected_again(bench: Bench) -> None:
+    """A `connect` that failed has left all off and forgot no stop; with whole drives it succeeds."""
+    assert not bench.bus.connected
+    causes = bench.group.snapshot.causes
+    with pytest.raises(Refused, match="not connected"):
+        bench.group.pass_cycles(1)
+    for drive in bench.drives:
+        drive.repair()
+    bench.group.connect()
+    assert bench.group.state is (GroupState.STOPPED if causes else GroupState.DISABLED)
+    assert bench.group.snapshot.causes == causes
 
 
 @settings(deadline=None, max_examples=60)
@@ -189,6 +218,7 @@ def test_a_slip_is_found_at_the_next_mark(slip, goal, drive):
     assert bench.group.snapshot.cables[drive].state is ReferenceState.DEGRADED
 
 
+@pytest.mark.slow
 @settings(deadline=None, max_examples=12)
 @given(
     name=st.sampled_from(tuple(ROBOTS)),

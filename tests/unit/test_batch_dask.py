@@ -43,6 +43,7 @@ def cluster(tmp_path):
         one.wait(30)
 
 
+@pytest.mark.slow
 def test_all_jobs_are_done_though_a_worker_is_killed(cluster, tmp_path):
     file, (_, _, victim) = cluster
     jobs, out, whole = write(tmp_path, MONTE_CARLO.format(samples=4000)), tmp_path / "out", tmp_path / "whole"

@@ -76,6 +76,7 @@ def by_hand(job):
     return replace(robot, cables=tuple(cables), sha256=""), asked
 
 
+@pytest.mark.slow
 def test_a_job_that_kills_its_worker_is_tried_alone_and_marked(tmp_path):
     rows = [[2.7 + 0.01 * k, 3.9, 3.35, 4.4] for k in range(40)]
     rows[23][0] = DEADLY
@@ -105,6 +106,7 @@ def test_a_worker_that_died_idle_is_no_jobs_crash():
         pool.close()
 
 
+@pytest.mark.slow
 def test_crashed_jobs_can_be_tried_again(tmp_path):
     for name, text, dead in (("listed", listed([[DEADLY, 3.9, 3.35, 4.4]]), batch_workers.deadly),
                              ("split", SPLIT, batch_workers.deadly_part)):  # fmt: skip
@@ -137,6 +139,7 @@ def test_threads_of_one_worker_take_turns(monkeypatch):
     assert most == [1] * 8
 
 
+@pytest.mark.slow
 def test_jobs_that_are_in_bad_company_only_are_done(tmp_path):
     batch = read_job_file(write(tmp_path, MONTE_CARLO.format(samples=60)))
     document, _ = solve(tmp_path / "out", batch, batch_workers.deadly_in_company)
@@ -310,6 +313,7 @@ def test_a_split_job_is_put_together(tmp_path):
         assert one["nominal"]["position_m"] == pytest.approx(other["nominal"]["position_m"], abs=1e-9)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("lost", [0, 2, 5])
 def test_a_job_with_a_part_missing_is_no_result(tmp_path, lost):
     batch = read_job_file(write(tmp_path, SPLIT))
@@ -320,6 +324,7 @@ def test_a_job_with_a_part_missing_is_no_result(tmp_path, lost):
     assert jobs_of(tmp_path / "out")[0].message == f"part {lost} of 6 is missing"
 
 
+@pytest.mark.slow
 def test_a_part_that_crashes_takes_its_job_with_it(tmp_path):
     batch = read_job_file(write(tmp_path, SPLIT))
     document, _ = solve(tmp_path / "out", batch, batch_workers.deadly_part)

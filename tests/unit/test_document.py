@@ -7,7 +7,7 @@ import yaml
 
 from cdpr_interval import InputError
 from cdpr_interval.robots import document as document_module
-from cdpr_interval.robots.document import child, parse_document, read_document
+from cdpr_interval.robots.document import DEEPEST_LEVEL, TOO_DEEP, child, parse_document, read_document
 from cdpr_interval.robots.literal import resolve
 
 TEXT = 'a: 1e-3\nb:\n  - no\n  - "1"\n  - {c: ~}\n'
@@ -48,15 +48,66 @@ def test_errors_of_the_tree_and_of_the_reader_come_together():
     )
 
 
-@pytest.mark.usefixtures("parser")
-@pytest.mark.parametrize(
-    "text", ["[" * 20_000, "{a: " * 20_000, "- " * 20_000, "a: b: c", "a: 'x", "%YAML 2.0\n---\na"]
-)
-def test_hopeless_texts_are_one_line(text: str):
+def only_message(text: str) -> str:
+    """Return the message of a text that is no document."""
     with pytest.raises(InputError) as caught:
         parse_document(text)
-    assert len(caught.value.messages) == 1
-    assert len(str(caught.value).splitlines()) == 1
+    (message,) = caught.value.messages
+    assert len(message) < 150 and message.isprintable()
+    return message
+
+
+@pytest.mark.usefixtures("parser")
+@pytest.mark.parametrize(
+    "text",
+    [
+        "a: b: c", "a: 'x", "%YAML 2.0\n---\na", f"%YAML 1.{'1' * 5000}\n---\na", f"!{'q' * 1000}!x 1",
+        f"%TAG !a! {'u' * 2000}\n%TAG !a! x\n---\n", "[" * 32 + "]" * 33, "- ']' : [",
+    ],
+)  # fmt: skip
+def test_hopeless_texts_are_one_line(text: str):
+    assert ": not valid YAML: " in only_message(text)
+
+
+@pytest.mark.usefixtures("parser")
+@pytest.mark.parametrize("count", [DEEPEST_LEVEL + 1, 900, 1_100, 20_000])
+@pytest.mark.parametrize(
+    ("opening", "column"),
+    [("[", 33), ("{a: ", 129), ("- ", 65), ("[[", 33), ("[{a: ", 81), ("[  ", 97), ("[\n", 1)],
+)
+def test_nesting_has_one_answer_whatever_limit_the_parser_has(opening: str, column: int, count: int):
+    assert only_message(opening * count).endswith(f":{column}: {TOO_DEEP}")
+
+
+class StubbornParser(yaml.SafeLoader):
+    """A parser that gives up at the third level, in words of its own."""
+
+    error: Exception = yaml.YAMLError("no")
+    level = 0
+
+    def get_event(self):
+        event = super().get_event()
+        self.level += isinstance(event, yaml.CollectionStartEvent)
+        if self.level > 2:
+            raise self.error
+        return event
+
+
+@pytest.mark.parametrize(
+    ("error", "place"),
+    [
+        (yaml.YAMLError("a\nb" * 500), "1:1"),
+        (yaml.MarkedYAMLError("context", None, "too\tdeep", yaml.Mark("f", 5, 0, 5, None, 0)), "1:6"),
+        (yaml.MarkedYAMLError("context" * 50, yaml.Mark("f", 7, 1, 2, None, 0)), "2:3"),
+        (yaml.reader.ReaderError("f", 1, 0xFFFE, "unicode", "odd"), "1:1"),
+        (ValueError("digits" * 100), "1:1"),
+    ],
+)
+def test_the_parser_may_say_what_it_likes(error: Exception, place: str, monkeypatch):
+    monkeypatch.setattr(document_module, "_PARSER", StubbornParser)
+    monkeypatch.setattr(StubbornParser, "error", error)
+    assert only_message("[" * 100).endswith(f":1:{DEEPEST_LEVEL + 1}: {TOO_DEEP}")
+    assert only_message("[[[a]]]").startswith(f"<text>:{place}: not valid YAML: ")
 
 
 def test_read_document_names_the_file_as_given(tmp_path):

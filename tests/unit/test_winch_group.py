@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 from fractions import Fraction as F
 from itertools import pairwise
@@ -9,6 +10,7 @@ from itertools import pairwise
 import pytest
 
 from cdpr_interval.driver import cia402
+from cdpr_interval.driver.bus import BusError
 from cdpr_interval.driver.cia402 import DriveState
 from cdpr_interval.driver.counter import nearest
 from cdpr_interval.driver.group import WinchesStopped, WinchGroup
@@ -157,6 +159,80 @@ def test_a_rebooted_drive_must_be_connected_again():
     bench.group.connect()
     bench.group.acknowledge()
     assert bench.group.state is GroupState.DISABLED
+
+
+@pytest.mark.parametrize("silence", [FaultKind.FREEZE, FaultKind.HEARTBEAT])
+@pytest.mark.parametrize("stopped", [False, True])
+def test_connecting_again_to_a_silent_drive_leaves_all_off(silence, stopped):
+    """The other drives were configured anew: the old connection cannot be kept, so nothing pretends it is."""
+    bench, events = Bench().enabled(), []
+    bench.bus.inject(SimulatedFault(0, silence))
+    if stopped:
+        bench.group.pass_cycles(30)
+    else:
+        bench.group.disable()
+    causes, known = bench.group.snapshot.causes, bench.group.known()
+    assert bool(causes) == stopped
+    bench.sent.clear()
+    bench.group.supervisor._tell = lambda kind, data: events.append((kind, data.get("to")))
+    with pytest.raises(BusError, match="drive 0: no heartbeat"):
+        bench.group.connect()
+    snapshot = bench.group.snapshot
+    assert snapshot.state is GroupState.OFF and snapshot.causes == causes and bench.group.known() == known
+    assert all(cable.drive is None for cable in snapshot.cables)
+    for ask in (bench.group.enable, bench.group.disable, lambda: bench.group.pass_cycles(1)):
+        with pytest.raises(Refused):
+            ask()
+    with pytest.raises(Refused, match="off" if stopped else "nothing is latched"):
+        bench.group.acknowledge()
+    with pytest.raises(BusError):
+        bench.group.connect()
+    assert not bench.sent
+    assert events == [("state", "off")]
+    bench.drives[0].repair()
+    bench.group.connect()
+    assert bench.group.snapshot.causes == causes
+    assert bench.group.state is (GroupState.STOPPED if stopped else GroupState.DISABLED)
+    bench.group.pass_cycles(30)
+    if bench.group.snapshot.latched:  # a frozen drive heard of no brake, and failed when its master left
+        bench.group.acknowledge()
+    bench.group.enable()
+    assert bench.contains_truth()
+
+
+def test_no_process_data_after_connecting_leaves_all_off(monkeypatch):
+    bench = Bench().homed()
+    monkeypatch.setattr(bench.bus, "_listen", lambda i, drive: None)
+    with pytest.raises(Refused, match="no process data from c1, c2, c3, c4"):
+        bench.group.connect()
+    assert bench.group.state is GroupState.OFF and not bench.bus.connected
+    monkeypatch.undo()
+    bench.group.connect()
+    assert bench.group.state is GroupState.DISABLED and bench.contains_truth()
+
+
+def test_a_stop_before_connecting_is_acknowledged_after_it():
+    bench = Bench()
+    bench.group.stop("the door is open")
+    bench.group.connect()
+    assert bench.group.state is GroupState.STOPPED
+    with pytest.raises(Refused, match="the door is open: acknowledge first"):
+        bench.group.enable()
+    bench.group.acknowledge()
+    bench.group.enable()
+    assert {c.control for c in bench.sent[0][1]} == {cia402.QUICK_STOP}
+
+
+def test_a_late_caller_can_be_acknowledged_with_the_brakes_on():
+    bench = Bench().enabled()
+    bench.group.command([START[0] + 1e-4, *START[1:]])
+    bench.group.wait(lambda snapshot: snapshot.latched and snapshot.state is GroupState.HOLDING, 2.0)
+    with contextlib.suppress(WinchesStopped):
+        bench.group.disable()
+    assert bench.group.state is GroupState.DISABLED and bench.group.snapshot.latched
+    bench.group.acknowledge()
+    assert bench.group.state is GroupState.DISABLED and not bench.group.snapshot.latched
+    bench.group.enable()
 
 
 def test_a_late_caller_makes_all_slow_down_and_hold():
@@ -430,6 +506,14 @@ def test_closing_while_moving_stops(tmp_path):
     bench.group.pass_cycles(3)
     bench.group.close()
     assert any({c.control for c in commands} == {cia402.QUICK_STOP} for _, commands in bench.sent)
+
+
+def test_closing_while_holding_disables():
+    """The drives are told before the bus is left: without a master they would fail."""
+    bench = Bench().enabled()
+    bench.group.close()
+    assert {c.control for c in bench.sent[-1][1]} == {cia402.DISABLE_VOLTAGE}
+    assert all(drive.state is DriveState.DISABLED and not drive.emergency for drive in bench.drives)
 
 
 def test_home_can_be_bounds_or_numbers():
