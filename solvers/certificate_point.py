@@ -352,6 +352,15 @@ def exact(x: Fraction) -> fmpq:
     return fmpq(x.numerator, x.denominator)
 
 
+def certified_states(solution: Solution) -> list[str]:
+    """Return the cables' states as certificates have them.
+
+    That one pose is proved on either side of a switch is no claim of a certificate: the cable is undecided.
+    """
+    undecided = (CableState.SWITCHING, CableState.UNDECIDED)
+    return [str(CableState.UNDECIDED if s in undecided else s) for s in solution.cable_states]
+
+
 def listed_solution(solution: Solution) -> Listed:
     """Return a solution as the checker reads it from a certificate."""
     family = None
@@ -365,7 +374,7 @@ def listed_solution(solution: Solution) -> Listed:
         )
     return Listed(
         taut=solution.taut,
-        states=tuple(str(state) for state in solution.cable_states),
+        states=tuple(certified_states(solution)),
         position=pairs(solution.position),
         rotation=[pairs(row) for row in solution.rotation],
         height=pairs(solution.height[None])[0],

@@ -19,24 +19,17 @@ from solvers.problem import LengthRange, Method, Options, Problem, Progress
 from solvers.result import (
     Answer,
     Bounds,
-    Outcome,
     Question,
     Result,
     RobotIdentity,
     Statistics,
     StopReason,
 )
+from solvers.result_message import message_of
 from solvers.result_order import sort_solutions, sort_subsets, sort_undecided
 from solvers.subset import check_subset_size, read_subset
 from solvers.tool import this_tool
 from solvers.verification import model_name
-
-_STOPPED = {
-    StopReason.TIME_LIMIT: "stopped at the time limit",
-    StopReason.CELL_LIMIT: "stopped at the cell limit",
-    StopReason.INTERRUPTED: "interrupted",
-    StopReason.EXHAUSTED: "finished",
-}
 
 
 def forward_kinematics(
@@ -237,7 +230,7 @@ def build_result(problem: Problem, options: Options, answer: Answer, seconds: fl
         ),
         outcome=answer.outcome,
         stop_reason=answer.stop_reason,
-        message=_message(answer),
+        message=message_of(answer),
         solutions=sort_solutions(answer.solutions),
         undecided=sort_undecided(answer.undecided),
         pending=answer.pending,
@@ -265,25 +258,3 @@ def _around(value: Fraction) -> tuple[float, float]:
     if excess < 0:
         return nearest, math.nextafter(nearest, math.inf)
     return math.nextafter(nearest, -math.inf), nearest
-
-
-def _message(answer: Answer) -> str:
-    """Return one sentence that says what was found and whether it is everything."""
-    count = len(answer.solutions)
-    poses = f"{count} static pose" + ("s" if count != 1 else "")
-    if answer.outcome is Outcome.COMPLETE:
-        if count == 0:
-            return answer.message or "there is no static pose for these lengths"
-        proved = f"{poses}, proved to be all"
-        return f"{proved}; {answer.message}" if answer.message else proved
-    left = []
-    open_poses = sum(s.slack_respected is None or "undecided" in s.cable_states for s in answer.solutions)
-    if open_poses:
-        left.append(f"{open_poses} with a cable just taut or just slack")
-    if answer.undecided:
-        regions = len(answer.undecided)
-        left.append(f"{regions} region" + ("s" if regions != 1 else "") + " undecided")
-    if answer.pending:
-        left.append(f"{answer.pending} cell" + ("s" if answer.pending != 1 else "") + " not looked at")
-    text = f"{_STOPPED[answer.stop_reason]}: {poses} proved" + "".join(f", {part}" for part in left)
-    return f"{text}; {answer.message}" if answer.message else text

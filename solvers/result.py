@@ -27,6 +27,16 @@ class CableState(StrEnum):
 
     TAUT = "taut"
     SLACK = "slack"
+    SWITCHING = "switching"
+    """Just taut or just slack, or taut for some lengths of the ranges and slack for others, with exactly one
+    pose proved on either side."""
+    UNDECIDED = "undecided"
+
+
+class Certainty(StrEnum):
+    """Whether a statement about an entry is proved for every choice of lengths in their ranges."""
+
+    PROVED = "proved"
     UNDECIDED = "undecided"
 
 
@@ -87,7 +97,7 @@ class Nominal:
 
 @dataclass(frozen=True, eq=False)
 class Solution:
-    """One static pose in a box proved to hold exactly one (or one family)."""
+    """One static pose in a box: proved to hold exactly one (or one family) where both claims are."""
 
     taut: tuple[int, ...]
     """Indices of the cables proved taut."""
@@ -110,6 +120,30 @@ class Solution:
     family: Family | None = None
     note: str = ""
     """One sentence where the entry needs one (tensions not unique, end of a family, ...)."""
+    existence: Certainty = Certainty.PROVED
+    """For every choice of lengths the box holds a static pose (or family)."""
+    uniqueness: Certainty = Certainty.PROVED
+    """For no choice of lengths does the box hold two."""
+
+    @property
+    def is_proved(self) -> bool:
+        """True when exactly one pose (or family) in the box is proved for every choice of lengths."""
+        return self.existence is Certainty.PROVED and self.uniqueness is Certainty.PROVED
+
+    @property
+    def has_open_cable(self) -> bool:
+        """True when it is not known whether some cable is taut or slack, or near enough to be slack."""
+        return CableState.UNDECIDED in self.cable_states or self.slack_respected is None
+
+    @property
+    def is_decided(self) -> bool:
+        """True when nothing about the entry is open; a switching cable is not."""
+        return self.is_proved and not self.has_open_cable
+
+    @property
+    def is_strict(self) -> bool:
+        """True when every cable is proved taut or proved slack: none is open, none switches."""
+        return all(state in (CableState.TAUT, CableState.SLACK) for state in self.cable_states)
 
 
 @dataclass(frozen=True, eq=False)
@@ -152,11 +186,9 @@ class Answer:
 
     @property
     def outcome(self) -> Outcome:
-        """COMPLETE unless something is undecided or pending, a cable's state included."""
-        open_states = any(
-            CableState.UNDECIDED in s.cable_states or s.slack_respected is None for s in self.solutions
-        )
-        if self.undecided or self.pending or open_states or self.stop_reason != "exhausted":
+        """COMPLETE unless something is undecided or pending, an entry or a cable's state included."""
+        decided = all(solution.is_decided for solution in self.solutions)
+        if self.undecided or self.pending or not decided or self.stop_reason != "exhausted":
             return Outcome.INCOMPLETE
         return Outcome.COMPLETE
 

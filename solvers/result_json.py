@@ -18,6 +18,7 @@ from solvers.result import (
     FORMAT,
     Bounds,
     CableState,
+    Certainty,
     Family,
     Json,
     Nominal,
@@ -108,8 +109,8 @@ def _solution_to_dict(solution: Solution, names: Sequence[str]) -> Json:
         "tensions_N": _numbers(solution.tensions),
         "distances_m": _numbers(solution.distances),
         "slack_respected": "undecided" if solution.slack_respected is None else solution.slack_respected,
-        "existence": "proved",
-        "uniqueness": "proved",
+        "existence": solution.existence.value,
+        "uniqueness": solution.uniqueness.value,
         "proof": solution.proof.value,
         "stability": solution.stability.value,
         "nominal": {
@@ -251,6 +252,8 @@ def _solution(entry: _Reader, names: Sequence[str]) -> Solution:
         nominal=Nominal((x, y, z), (qw, qx, qy, qz), (roll, pitch, yaw)),
         family=None if entry.value("family") is None else _family(entry.child("family")),
         note=entry.text("note") if entry.has("note") else "",
+        existence=entry.status("existence", Certainty),
+        uniqueness=entry.status("uniqueness", Certainty),
     )
 
 

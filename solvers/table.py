@@ -8,7 +8,7 @@ from typing import TextIO
 
 from solvers.angle_enclosure import rpy_enclosures
 from solvers.proved_digits import proved_decimal, proved_significant
-from solvers.result import CableState, Result, Solution, Stability
+from solvers.result import CableState, Certainty, Result, Solution, Stability
 
 DECIMALS = 6
 """Of positions: a micrometre; the JSON holds every digit."""
@@ -60,9 +60,15 @@ def _tension(solution: Solution, cable: int) -> str:
 
 
 def _remarks(solution: Solution, result: Result) -> str:
-    states = zip(result.cables, solution.cable_states, strict=True)
-    open_cables = [name for name, state in states if state is CableState.UNDECIDED]
-    remarks = [f"taut or slack undecided: {','.join(open_cables)}"] if open_cables else []
+    remarks = []
+    if not solution.is_proved:
+        kinds = {"existence": solution.existence, "uniqueness": solution.uniqueness}
+        unproved = " and ".join(kind for kind, value in kinds.items() if value is Certainty.UNDECIDED)
+        remarks.append(f"{unproved} not proved")
+    if names := _in_state(solution, result, CableState.UNDECIDED):
+        remarks.append(f"taut or slack undecided: {names}")
+    if names := _in_state(solution, result, CableState.SWITCHING):
+        remarks.append(f"just taut or just slack, one pose either way: {names}")
     if solution.slack_respected is False:
         remarks.append("other cables are not slack")
     if solution.family is not None:
@@ -70,6 +76,11 @@ def _remarks(solution: Solution, result: Result) -> str:
     if solution.note:
         remarks.append(solution.note)
     return "; ".join(remarks)
+
+
+def _in_state(solution: Solution, result: Result, state: CableState) -> str:
+    states = zip(result.cables, solution.cable_states, strict=True)
+    return ",".join(name for name, own in states if own is state)
 
 
 def _undecided(result: Result) -> list[str]:

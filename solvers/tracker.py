@@ -30,7 +30,7 @@ from solvers.platform_prepared import prepared
 from solvers.platform_roots import GENERAL, GEOMETRY, system_of
 from solvers.platform_track import BROAD, LOOSE, MOVED, NO_ROOT, SINGULAR, TIGHT, TRACKED, track
 from solvers.problem import Problem
-from solvers.result import Bounds, CableState, Outcome, Solution, Stability
+from solvers.result import Bounds, Outcome, Solution, Stability
 from solvers.tracked_pose import Region, TrackedPose, TrackStatus
 
 Floats = NDArray[np.float64]
@@ -357,7 +357,7 @@ def metres(name: str, given: float | None, default: float, most: float) -> float
 
 def is_single(solution: Solution) -> bool:
     """Return True for one pose (no family) with every cable's state decided."""
-    return solution.family is None and CableState.UNDECIDED not in solution.cable_states
+    return solution.family is None and solution.is_proved and solution.is_strict
 
 
 def charts_of(cables: Cables) -> Floats:

@@ -12,6 +12,7 @@ from fractions import Fraction
 from itertools import pairwise
 
 from cdpr_interval.robots.model import Robot
+from solvers.consistency import claims, contradictions
 from solvers.result import Bounds, CableState, Outcome, Result, Solution, StopReason
 from solvers.result_order import solution_key
 
@@ -39,10 +40,7 @@ def _bookkeeping(result: Result) -> Iterator[str]:
         result.undecided
         or result.pending
         or result.stop_reason is not StopReason.EXHAUSTED
-        or any(
-            CableState.UNDECIDED in solution.cable_states or solution.slack_respected is None
-            for solution in result.solutions
-        )
+        or not all(solution.is_decided for solution in result.solutions)
     )
     if finished != (result.outcome is Outcome.COMPLETE):
         yield f"outcome: '{result.outcome}' contradicts what is undecided, pending or cut short"
@@ -59,6 +57,7 @@ def _bookkeeping(result: Result) -> Iterator[str]:
     for number, solution in enumerate(result.solutions):
         if asked is not None and not set(solution.taut) <= set(asked):
             yield f"solutions[{number}]: taut cables outside the subset that was asked for"
+    yield from contradictions(result)
 
 
 def _identity(result: Result, robot: Robot) -> Iterator[str]:
@@ -100,6 +99,7 @@ def _solution(result: Result, solution: Solution) -> Iterator[str]:
             yield f"tensions_N[{i}]: not zero although the cable is slack"
         if state is not CableState.TAUT and solution.slack_respected and _far(result, solution, i):
             yield f"distances_m[{i}]: longer than the cable although slackness is respected"
+    yield from claims(result, solution)
     yield from _orthogonality(solution.rotation)
     yield from _nominal(solution)
 

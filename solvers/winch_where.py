@@ -56,7 +56,7 @@ class MeasuredPose:
     @property
     def is_decided(self) -> bool:
         """True when every cable is proved taut or slack."""
-        return CableState.UNDECIDED not in self.states
+        return all(state in (CableState.TAUT, CableState.SLACK) for state in self.states)
 
     def to_json(self, names: Sequence[str]) -> dict[str, Any]:
         """Return plain data; the keys are those of ``cdpr-result/1``."""
@@ -155,7 +155,7 @@ class Follower:
 
 def enclosed(robot: Robot, start: Solution, ranges: Ranges) -> MeasuredPose | None:
     """Return a platform's pose for all lengths in their ranges; None when it is open or lost somewhere."""
-    if start.family is not None or CableState.UNDECIDED in start.cable_states:
+    if start.family is not None or not (start.is_strict and start.is_proved):
         return None
     return Follower(robot, start).pose(ranges)
 

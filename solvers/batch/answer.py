@@ -14,7 +14,7 @@ from solvers.result import FORMAT, Json, Result
 SHARED = ("format", "tool", "robot", "model", "cables", "question", "statistics")
 """Keys of a result that follow from the job, or that no two runs share."""
 CERTAIN = {"existence": "proved", "uniqueness": "proved"}
-"""Of every solution."""
+"""Of nearly every solution: left out where it is so."""
 POINT_MASS = "point-mass"
 IDENTITY = [[[float(i == j)] * 2 for j in range(3)] for i in range(3)]
 NO_TURN = {"quaternion_wxyz": [1.0, 0.0, 0.0, 0.0], "rpy_rad": [0.0, 0.0, 0.0]}
@@ -27,8 +27,9 @@ def answer_text(result: Result) -> str:
         del document[key]
     document["subsets"] = [[list(s.taut), s.outcome.value, s.solutions, s.cells] for s in result.subsets]
     for solution in document["solutions"]:
-        for key in CERTAIN:
-            del solution[key]
+        for key, usual in CERTAIN.items():
+            if solution[key] == usual:
+                del solution[key]
         if solution["family"] is None:
             del solution["family"]
         if result.model == POINT_MASS:

@@ -86,7 +86,8 @@ def _style(state: CableState, tension: float, most: float) -> dict[str, Any]:
         return {"color": SLACK, "linewidth": 1.2}
     if state is CableState.UNDECIDED:
         return {"color": UNDECIDED, "linewidth": 1.6, "linestyle": "--"}
-    return {"color": [c / 255 for c in tension_rgb(tension, most)], "linewidth": 2.2}
+    line = "--" if state is CableState.SWITCHING else "-"
+    return {"color": [c / 255 for c in tension_rgb(tension, most)], "linewidth": 2.2, "linestyle": line}
 
 
 def _colour_bar(figure: Any, axes: Any, most: float) -> None:

@@ -26,8 +26,9 @@ from solvers.tool import this_tool
 MOST_ROWS = 500
 """Of a table of solutions or failed jobs; what is left out is said."""
 LEGEND = (
-    "Straight cables are coloured by tension, slack ones hang in grey; dashed red: neither taut nor slack is "
-    "proved. Red boxes hold what the search left undecided. Drawn are floats near the certified poses."
+    "Straight cables are coloured by tension, slack ones hang in grey; dashed: just taut or just slack, "
+    "one pose either way; dashed red: neither taut nor slack is proved. Red boxes hold what the "
+    "search left undecided. Drawn are floats near the certified poses."
 )
 POLICY = (
     "default-src 'none'; script-src 'unsafe-inline' 'unsafe-eval'; style-src 'unsafe-inline'; "
@@ -85,11 +86,12 @@ def _proof(proof: Proof | None) -> str:
 def left_open(result: Result) -> str:
     """Return what is undecided or pending, counted; empty when nothing is."""
     cells = sum(one.cells for one in result.undecided)
-    open_poses = sum("undecided" in s.cable_states or s.slack_respected is None for s in result.solutions)
+    proved = [solution for solution in result.solutions if solution.is_proved]
     counts = {
         f"undecided regions ({cells} cells)": len(result.undecided),
         "cells not looked at": result.pending,
-        "poses with a cable just taut or just slack": open_poses,
+        "entries not proved to hold exactly one pose": len(result.solutions) - len(proved),
+        "poses with a cable just taut or just slack": sum(s.has_open_cable for s in proved),
     }
     said = [f"{count} {what}" for what, count in counts.items() if count]
     return "Left open: " + ", ".join(said) + "." if said else ""

@@ -116,6 +116,8 @@ def _pose(go: Any, one: Scene, most: float) -> list[Any]:
             line = {"width": 3, "color": SLACK}
         elif cable.state is CableState.UNDECIDED:
             line = {"width": 5, "color": UNDECIDED, "dash": "dash"}
+        elif cable.state is CableState.SWITCHING:
+            line["dash"] = "dash"
         traces.append(_points(go, cable.points, mode="lines", line=line, hoverinfo="text", text=cable.text))
     if len(one.body):
         line = {"color": BODY, "width": 2}
