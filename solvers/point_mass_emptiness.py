@@ -117,7 +117,15 @@ def is_inside_all(point: Iterable[Fraction], anchors: Sequence[Vector], shortest
 
 def apart_message(names: Sequence[str], weights: dict[int, float]) -> str:
     """Return the sentence that says which cables cannot reach a common point."""
-    chosen = [names[i] for i in sorted(weights)]
-    listed = " and ".join(", ".join(chosen).rsplit(", ", 1))
-    where = "both" if len(chosen) == 2 else "all"
+    where = "both" if len(weights) == 2 else "all"
+    listed = _listed(names, weights)
     return f"cables {listed} cannot reach a common point: no point lies within {where} their lengths"
+
+
+def touching_message(names: Sequence[str], weights: dict[int, float]) -> str:
+    """Return the sentence that says which cables only touch, where nothing holds the load."""
+    return f"cables {_listed(names, weights)} only just reach each other: no finite tensions hold the load"
+
+
+def _listed(names: Sequence[str], weights: dict[int, float]) -> str:
+    return " and ".join(", ".join(names[i] for i in sorted(weights)).rsplit(", ", 1))

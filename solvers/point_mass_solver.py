@@ -164,10 +164,8 @@ def _settled(arrays: RobotArrays, lengths: Bounds) -> PointMassPose:
     states = np.full(count, OPEN, dtype=np.int64)
     bounds = np.empty((4 + 2 * count, 2))
     if isinstance(finding, NoPose):
-        from solvers.point_mass_emptiness import apart_message
-
         bounds[:] = np.nan
-        message = apart_message(arrays.robot.cable_names, finding.weights)
+        message = finding.reason(arrays.robot.cable_names)
         return PointMassPose(PoseStatus.NO_POSE, bounds, states, message)
     bounds[:3], bounds[3], bounds[4:] = finding.position, (-np.inf, np.inf), (0.0, np.inf)
     return PointMassPose(PoseStatus.UNPROVED, bounds, states, finding.reason)
