@@ -5,7 +5,7 @@ A robot here is any set of cables: all of them, or a subset that is looked at al
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 
@@ -38,7 +38,7 @@ PARTLY = "for some lengths in the ranges the cables may have no common point"
 class NoPose:
     """Proved: the weighted balls have no common point, or only one, where nothing holds the load."""
 
-    weights: dict[int, float]
+    weights: Mapping[int, float | Fraction]
     touching: bool = False
     """The balls have one common point."""
 
@@ -165,7 +165,7 @@ def _without_inner_point(
     if isinstance(found, Unheld):
         return NoPose(found.weights, touching=True)
     if isinstance(found, Deepest):
-        return NoPose({i: float(w) for i, w in found.weights.items()})
+        return NoPose(found.weights)
     return Unproved(reason, reachable(arrays, lengths))
 
 

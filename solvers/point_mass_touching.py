@@ -46,7 +46,7 @@ class Deepest:
 class Unheld:
     """Proved: the weighted balls have one common point, and no finite tensions hold the load there."""
 
-    weights: dict[int, float]
+    weights: dict[int, Fraction]
 
 
 def deepest_exactly(
@@ -112,7 +112,7 @@ def settle_touching(
         return None
     held = tensions_at(deepest.point, {i: anchors[i] for i in tight}, arrays.load_exact)
     if not held.corners:
-        return Unheld({i: float(w) for i, w in deepest.weights.items()})
+        return Unheld(deepest.weights)
     return _held(arrays, cables, lengths, deepest, tight, held)
 
 
