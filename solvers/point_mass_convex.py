@@ -25,6 +25,7 @@ from solvers.point_mass_kernels import (
     springs_pose,
 )
 from solvers.point_mass_model import Cables, RobotArrays, is_range
+from solvers.point_mass_reach import reachable
 from solvers.result import Bounds
 
 PIECES = 64
@@ -178,20 +179,6 @@ def empty_weights(arrays: RobotArrays, cables: Cables, lengths: Bounds) -> dict[
     anchors = [cable.frame_anchor for cable in arrays.robot.cables]
     longest = [Fraction(x) for x in lengths[:, 1].tolist()]
     return weights if proves_empty(weights, anchors, longest) else None
-
-
-def reachable(arrays: RobotArrays, lengths: Bounds) -> Bounds:
-    """Return a box (3, 2) in m around the platform origins that all cables reach."""
-    centre = arrays.robot.platform.centre_of_mass
-    rows = []
-    for j in range(3):
-        shift = float(centre[j])
-        anchors = [float(cable.frame_anchor[j]) for cable in arrays.robot.cables]
-        low = max(a - s for a, s in zip(anchors, lengths[:, 1].tolist(), strict=True)) - shift
-        high = min(a + s for a, s in zip(anchors, lengths[:, 1].tolist(), strict=True)) - shift
-        margin = 1e-12 * (abs(low) + abs(high) + float(lengths[:, 1].max()))
-        rows.append((min(low, high) - margin, max(low, high) + margin))
-    return np.array(rows)
 
 
 def _over_ranges(arrays: RobotArrays, lengths: Bounds) -> Finding:

@@ -19,7 +19,7 @@ class PoseStatus(StrEnum):
     PROVED = "proved"
     """There is exactly one static pose in all of space, and the bounds enclose it."""
     NO_POSE = "no-pose"
-    """There is no static pose: no point is within reach of all cables."""
+    """There is no static pose: no point is in reach of all cables, or only one, where nothing holds it."""
     UNPROVED = "unproved"
     """Neither of the two; ``reason`` says why."""
 

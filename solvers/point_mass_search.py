@@ -235,6 +235,7 @@ def _collect(
             own = [settled] if isinstance(settled, Claim) else []
             if isinstance(settled, Undecided):
                 undecided.append(settled)
+            if isinstance(settled, Undecided) or any(claim.fields.is_open for claim in own):
                 outcome = Outcome.INCOMPLETE
         elif is_open:
             doubtful = True
