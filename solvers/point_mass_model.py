@@ -238,7 +238,11 @@ def length_bounds(lengths: Iterable[LengthRange]) -> Bounds:
 
 def exact_lengths(problem: Problem, chosen: Sequence[int] | None = None) -> list[Fraction] | None:
     """Return the lengths in m of some cables (default: all) exactly; None where one of them is a range."""
-    ranges = problem.lengths if chosen is None else [problem.lengths[i] for i in chosen]
+    return exact_ends(problem.lengths if chosen is None else [problem.lengths[i] for i in chosen])
+
+
+def exact_ends(ranges: Sequence[LengthRange]) -> list[Fraction] | None:
+    """Return lengths in m that are no ranges; None where one of them is."""
     return [lo for lo, _ in ranges] if all(lo == hi for lo, hi in ranges) else None
 
 

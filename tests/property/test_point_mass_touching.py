@@ -165,6 +165,10 @@ def test_floats_are_exact_for_the_prepared_solver() -> None:
     (listed,) = forward_kinematics(model, [5.0] * 4).solutions
     assert pose.status is PoseStatus.PROVED and not pose.complete and pose.note == listed.note
     assert np.array_equal(pose.tensions, listed.tensions)
+    decimals = robot([(0, 0, 0), (0, 0, "-0.3")])
+    text = PointMass(decimals).solve("0.1,0.2")
+    (same,) = forward_kinematics(decimals, "0.1,0.2").solutions
+    assert text.proved and np.array_equal(text.tensions, same.tensions) and np.isinf(text.tensions[1, 1])
     # Doubles near 0.1, 0.2 and the decimal 0.3 touch neither: 0.1 + 0.2 as doubles is more than 0.3.
     overlapping = PointMass(robot([(0, 0, 0), ("0.3", 0, 0)])).solve([0.1, 0.2])
     assert overlapping.proved and np.abs(overlapping.position.mean(axis=1) - [0.1, 0, 0]).max() < 1e-8
@@ -250,7 +254,7 @@ def test_a_dependent_subset_over_ranges_stays_open() -> None:
 
 
 def test_unique_tensions_are_not_said_to_be_others() -> None:
-    """Three cables with independent wrenches, one just taut: its tension is zero, nothing else is possible."""
+    """Three cables with independent wrenches, one just taut: its tension is zero, nothing else."""
     result = forward_kinematics(robot([(-3, 0, 0), (3, 0, 0), (0, 3, 0)]), ["5", "5", "5"])
     (pose,) = result.solutions
     assert pose.cable_states == (CableState.TAUT, CableState.TAUT, CableState.SWITCHING)
