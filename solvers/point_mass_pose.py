@@ -34,7 +34,7 @@ class PointMassPose:
     ---------
     With status PROVED the robot has exactly one static pose for every choice of lengths in their ranges,
     wherever in space, and ``position``, ``height``, ``tensions`` and ``distances`` enclose it; the cables
-    in ``taut`` are proved to carry tension, those that are SLACK to carry none, no farther than their lengths.
+    in ``taut`` are proved to carry tension, those that are SLACK to carry none within their lengths.
     With NO_POSE there is none for any choice. With UNPROVED nothing is claimed.
     """
 

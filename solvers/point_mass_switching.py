@@ -22,7 +22,7 @@ from solvers.result import Bounds
 
 JUST = 1e-6
 """Largest tension (of the load) and slack (of the length) at which a cable is just taut or just slack."""
-TRIED = 4
+TRIED = 16
 """Choices of the others' lengths at which either end of a cable's range is tried: ten microseconds each."""
 GOLDEN = (math.sqrt(5.0) - 1.0) / 2.0
 NOT_UNIQUE = "cables {{{}}} tight, tensions not unique"
@@ -90,11 +90,13 @@ def just_switching(
 def choices(lengths: Bounds, cable: int) -> Iterator[Bounds]:
     """Yield lengths (N, 2) within the ranges at which a cable is likely to be taut, or to be slack.
 
-    The others are near the other ends of their ranges, by shares that differ: equal ones tie by symmetry.
+    The others are near the other ends of their ranges, by shares that differ (equal ones tie by symmetry), or
+    each at one of its ends.
     """
     low, width = lengths[:, 0], lengths[:, 1] - lengths[:, 0]
     for k in range(TRIED):
-        shares = (GOLDEN * (np.arange(len(low)) + k * len(low))) % 1.0 * (k + 1) / TRIED
+        shares = (GOLDEN * (np.arange(len(low)) + k * len(low))) % 1.0
+        shares = np.rint(shares) if k % 2 else shares * (k + 1) / TRIED
         for end in (0, 1):
             chosen = low + width * (shares if end else 1.0 - shares)
             chosen[cable] = lengths[cable, end]
