@@ -10,7 +10,7 @@ import numpy as np
 
 from cdpr_interval.robots.model import Robot
 from certificates.problem import FORMAT
-from solvers.certificate_point import certified_states, widened
+from solvers.certificate_point import certified, widened
 from solvers.problem import Options, Problem
 from solvers.result import Bounds, Family, Result, Solution
 from solvers.tool import this_tool
@@ -139,9 +139,10 @@ def robot_document(robot: Robot) -> Json:
 
 def solution_document(solution: Solution) -> Json:
     """Return a solution with its bounds as exact doubles."""
+    solution = certified(solution)
     return {
         "taut": list(solution.taut),
-        "states": certified_states(solution),
+        "states": [str(state) for state in solution.cable_states],
         "position_m": doubles(solution.position),
         "rotation": doubles(solution.rotation),
         "height_m": doubles(solution.height),

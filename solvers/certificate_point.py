@@ -145,7 +145,9 @@ class Writer:
 
     def finding(self, question: Question) -> Fields | NoPose | Unproved:
         """Return what the solver says of the cables."""
-        return find_pose(self.arrays, self.bounds(question))
+        ranges = [question.lengths[i] for i in self.cables]
+        exact = [fraction(lo) for lo, _ in ranges] if all(lo == hi for lo, hi in ranges) else None
+        return find_pose(self.arrays, self.bounds(question), exact)
 
     def proof(
         self, question: Question, accepts: Callable[[Question, Json], bool], pieces: list[int]
@@ -173,8 +175,8 @@ class Writer:
     def attempts(self, question: Question, finding: Fields | NoPose | Unproved) -> Iterator[Json]:
         """Yield proofs that may do."""
         if isinstance(finding, NoPose):
-            weights = [finding.weights.get(i, 0.0) for i in range(len(self.cables))]
-            yield {"kind": "weights", "weights": [text(w) for w in weights]}
+            weights = [Fraction(finding.weights.get(i, 0)) for i in range(len(self.cables))]
+            yield {"kind": "weights", "weights": [str(w) for w in weights]}
             return
         if question.ignore_slack and question.is_point_mass:
             yield {"kind": "dependent"}
@@ -352,17 +354,22 @@ def exact(x: Fraction) -> fmpq:
     return fmpq(x.numerator, x.denominator)
 
 
-def certified_states(solution: Solution) -> list[str]:
-    """Return the cables' states as certificates have them.
+def certified(solution: Solution) -> Solution:
+    """Return what a certificate claims of a solution.
 
-    That one pose is proved on either side of a switch is no claim of a certificate: the cable is undecided.
+    That one pose is proved on either side of a switch is no claim of a certificate: there such a cable, and
+    whether it is near enough to be slack, is undecided.
     """
-    undecided = (CableState.SWITCHING, CableState.UNDECIDED)
-    return [str(CableState.UNDECIDED if s in undecided else s) for s in solution.cable_states]
+    if CableState.SWITCHING not in solution.cable_states:
+        return solution
+    states = [CableState.UNDECIDED if s is CableState.SWITCHING else s for s in solution.cable_states]
+    respected = None if solution.slack_respected else solution.slack_respected
+    return replace(solution, cable_states=tuple(states), slack_respected=respected)
 
 
 def listed_solution(solution: Solution) -> Listed:
     """Return a solution as the checker reads it from a certificate."""
+    solution = certified(solution)
     family = None
     if solution.family is not None:
         f = solution.family
@@ -374,7 +381,7 @@ def listed_solution(solution: Solution) -> Listed:
         )
     return Listed(
         taut=solution.taut,
-        states=tuple(certified_states(solution)),
+        states=tuple(str(state) for state in solution.cable_states),
         position=pairs(solution.position),
         rotation=[pairs(row) for row in solution.rotation],
         height=pairs(solution.height[None])[0],

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import numpy as np
 from flint import arb, arb_mat
 
 from cdpr_interval.robots.model import Cable, Platform, Robot, Vector
@@ -40,7 +41,8 @@ def point_solution(problem: Problem, options: Options, taut: tuple[int, ...]) ->
     )
     answer = point_mass.solve(part, convex)
     if answer.solutions:
-        return answer.solutions[0]
+        (pose,) = answer.solutions
+        return pose if np.isfinite(pose.tensions).all() else f"{pose.note} (as a point mass)"
     return answer.undecided[0].reason if answer.undecided else None
 
 

@@ -1,4 +1,4 @@
-"""Why a six-dof robot has no pose: which cables cannot reach."""
+"""Why a six-dof robot has no pose: which cables cannot reach, where that is proved."""
 
 from __future__ import annotations
 
@@ -8,18 +8,27 @@ from solvers import balls
 from solvers.problem import Problem
 
 
-def reach_message(problem: Problem) -> str:
-    """Return one sentence for a complete answer without solutions."""
+def reach_message(problem: Problem, ignore_slack: bool = False) -> str:
+    """Return one sentence for a complete answer without solutions.
+
+    Parameters
+    ----------
+    problem : Problem
+    ignore_slack : bool
+        Cables outside the subset that was asked for need not reach.
+
+    That the cables cannot reach the platform together is said of pairs for which it is proved. Else the
+    platform may well be reached: at poses where no tensions >= 0 balance the load, or no finite ones.
+    """
     names = problem.robot.cable_names
-    apart = [
-        f"{names[i]} and {names[j]}" for i, j in combinations(range(len(names)), 2) if too_far(problem, i, j)
-    ]
+    needed = problem.taut or () if ignore_slack else range(len(names))
+    apart = [f"{names[i]} and {names[j]}" for i, j in combinations(needed, 2) if too_far(problem, i, j)]
     if apart:
         return f"no pose: cables {', '.join(apart)} are too short to reach the platform together"
     if problem.taut is not None:
-        chosen = ", ".join(names[i] for i in problem.taut)
-        return f"no static pose with exactly {chosen} taut: the whole pose space is excluded"
-    return "no pose: the cables cannot reach the platform together; every taut subset is excluded"
+        listed = ", ".join(names[i] for i in problem.taut)
+        return f"no static pose with exactly {listed} taut: the whole pose space is excluded"
+    return "no static pose: every taut subset is excluded"
 
 
 def too_far(problem: Problem, i: int, j: int) -> bool:

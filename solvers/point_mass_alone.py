@@ -11,21 +11,22 @@ import time
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from fractions import Fraction
+from itertools import combinations
 
 import numpy as np
 
 from cdpr_interval.engine.budget import Budget
 from solvers.point_mass_convex import NoPose, Unproved, find_pose, part_of, scaled_cables
-from solvers.point_mass_degenerate import dependent
 from solvers.point_mass_entry import IDENTITY, Fields, fields_of, hull, solution
 from solvers.point_mass_exact import ExactPose, exact_pose, is_pose_of
 from solvers.point_mass_fields import OPEN, SLACK, TAUT
 from solvers.point_mass_kernels import anywhere, middles, tension_bounds
 from solvers.point_mass_lowest import lowest_of_subset
-from solvers.point_mass_model import RobotArrays, select
+from solvers.point_mass_model import RobotArrays, exact_lengths, select
 from solvers.point_mass_newton import krawczyk
 from solvers.point_mass_statics import all_cables
 from solvers.point_mass_subsets import MOST_ROWS, subset_count, subsets
+from solvers.point_mass_switching import dependent
 from solvers.problem import Options, Problem, Progress
 from solvers.result import Answer, Bounds, Outcome, Proof, Solution, StopReason, SubsetReport, Undecided
 from solvers.subset import largest_subset
@@ -67,7 +68,8 @@ def each_subset_alone(problem: Problem, options: Options, arrays: RobotArrays, l
                 claims.append(claim)
             elif claim is not None:
                 undecided.append(claim)
-            outcome = Outcome.INCOMPLETE if isinstance(claim, Undecided) else Outcome.COMPLETE
+            is_open = isinstance(claim, Undecided) or (claim is not None and claim.fields.is_open)
+            outcome = Outcome.INCOMPLETE if is_open else Outcome.COMPLETE
             if total <= MOST_ROWS or claim is not None:
                 spent = time.perf_counter() - start
                 reports.append(SubsetReport(taut, outcome, int(isinstance(claim, Claim)), 0, spent))
@@ -92,17 +94,15 @@ def subset_claim(
     """Return the pose the cables ``taut`` alone have with all tensions positive; None when there is none."""
     anchors = [cable.frame_anchor for cable in problem.robot.cables]
     if not problem.robot.is_elastic and dependent(anchors, taut, problem.load):
-        # Such poses are those of smaller subsets.
-        return None
+        # Such poses are those of smaller subsets, where these are looked at.
+        return None if problem.taut is None else dependent_claim(problem, arrays, lengths, taut)
     exact = exact_pose_of(problem, taut)
     if _is_exact(problem) and (exact is None or not exact.carried()):
         # Spheres that do not cross, or only touch, carry no load at one point with independent directions.
         return None
-    finding = find_pose(part_of(arrays, taut), np.ascontiguousarray(lengths[list(taut)]))
-    if isinstance(finding, NoPose):
-        return None
-    if isinstance(finding, Unproved):
-        return Undecided(taut, 1, finding.reason, finding.position, IDENTITY)
+    finding = own_pose(problem, arrays, lengths, taut)
+    if not isinstance(finding, Fields):
+        return finding
     if (finding.states != TAUT).any() and exact is not None:
         # The float guess left out a cable with a tiny tension: prove the whole subset directly.
         finding = whole_subset(arrays, lengths, taut) or finding
@@ -110,9 +110,63 @@ def subset_claim(
         return None
     if (finding.states != TAUT).any():
         names = problem.robot.cable_names
-        zero = ", ".join(names[taut[i]] for i in np.flatnonzero(finding.states == OPEN))
+        zero = ", ".join(names[taut[i]] for i in np.flatnonzero(finding.states != TAUT))
         return Undecided(taut, 1, f"the tension of {zero} may be zero", finding.position, IDENTITY)
     return complete_claim(problem, arrays, lengths, taut, finding, exact)
+
+
+def own_pose(
+    problem: Problem, arrays: RobotArrays, lengths: Bounds, taut: tuple[int, ...]
+) -> Fields | Undecided | None:
+    """Return the pose of the cables ``taut`` alone, whichever of them carry; None when there is none."""
+    part = np.ascontiguousarray(lengths[list(taut)])
+    finding = find_pose(part_of(arrays, taut), part, exact_lengths(problem, taut))
+    if isinstance(finding, NoPose):
+        return None
+    if isinstance(finding, Unproved):
+        return Undecided(taut, 1, finding.reason, finding.position, IDENTITY)
+    return finding
+
+
+def dependent_claim(
+    problem: Problem, arrays: RobotArrays, lengths: Bounds, taut: tuple[int, ...]
+) -> Claim | Undecided | None:
+    """Return the pose of cables whose directions are dependent at every equilibrium.
+
+    Their tensions are a mean of those of smaller subsets: all can be positive where each is in one of these.
+    """
+    finding = own_pose(problem, arrays, lengths, taut)
+    if not isinstance(finding, Fields):
+        return finding
+    if (finding.states == SLACK).any():
+        return None
+    if not np.isfinite(finding.tensions).all():
+        # Balls that only touch: there an open tension is proved to be positive for some balance.
+        return complete_claim(problem, arrays, lengths, taut, finding, None)
+    carrying = exact_corners(problem, taut)
+    if not carrying:
+        zero = ", ".join(problem.robot.cable_names[i] for i in taut)
+        reason = f"the tensions of {zero} are not unique, and whether all can be positive is not decided"
+        return Undecided(taut, 1, reason, finding.position, IDENTITY)
+    if {i for few in carrying for i in few} != set(taut):
+        return None
+    return complete_claim(problem, arrays, lengths, taut, finding, next(iter(carrying.values())))
+
+
+def exact_corners(problem: Problem, taut: tuple[int, ...]) -> dict[tuple[int, ...], ExactPose]:
+    """Return the subsets of the cables ``taut`` that alone carry the load at the lowest point of all these.
+
+    Empty where lengths are no exact ones of inextensible cables, or the cables have no common inner point.
+    """
+    found = {}
+    cables = problem.robot.cables
+    for few in (s for size in range(1, len(taut)) for s in combinations(taut, size)):
+        pose = exact_pose_of(problem, few)
+        if pose is None or not pose.carried():
+            continue
+        if all(pose.excess(cables[i].frame_anchor, problem.lengths[i][0]) <= 0 for i in taut):
+            found[few] = pose
+    return found
 
 
 def whole_subset(arrays: RobotArrays, lengths: Bounds, taut: tuple[int, ...]) -> Fields | None:
@@ -163,12 +217,12 @@ def complete_claim(
     distances[:] = all_distances(arrays, own.position)
     distances[index] = own.distances
     states = np.full(count, SLACK, dtype=np.int64)
-    states[index] = TAUT
+    states[index] = own.states
     respected: bool | None = True
     for i in range(count):
         if i in taut:
             continue
-        excess = 1 if distances[i, 0] > lengths[i, 1] else -1 if distances[i, 1] <= lengths[i, 0] else None
+        excess = 1 if distances[i, 0] > lengths[i, 1] else -1 if distances[i, 1] < lengths[i, 0] else None
         if excess is None and exact is not None:
             excess = exact.excess(problem.robot.cables[i].frame_anchor, problem.lengths[i][0])
         if excess is None:

@@ -5,7 +5,7 @@ A robot here is any set of cables: all of them, or a subset that is looked at al
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 
@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solvers.point_mass_entry import Fields, fields_of, hull, unpacked
-from solvers.point_mass_fields import OPEN
+from solvers.point_mass_fields import OPEN, SWITCHING
 from solvers.point_mass_kernels import (
     DECIDED,
     NO_POSE,
@@ -25,21 +25,29 @@ from solvers.point_mass_kernels import (
     springs_pose,
 )
 from solvers.point_mass_model import Cables, RobotArrays, is_range
+from solvers.point_mass_reach import reachable
 from solvers.result import Bounds
 
 PIECES = 64
 """Most parts a length range is cut into: the hull improves slowly after that."""
 ELASTIC_PIECES = 16
 """The same for elastic cables, where a part that stays open costs tens of milliseconds."""
-CHANGING = "which of the cables {{{}}} are taut changes over the length ranges or is not decided"
 PARTLY = "for some lengths in the ranges the cables may have no common point"
 
 
 @dataclass(frozen=True)
 class NoPose:
-    """Proved: the balls of the weighted cables have no common point."""
+    """Proved: the weighted balls have no common point, or only one, where nothing holds the load."""
 
-    weights: dict[int, float]
+    weights: Mapping[int, float | Fraction]
+    touching: bool = False
+    """The balls have one common point."""
+
+    def reason(self, names: Sequence[str]) -> str:
+        """Return the sentence that says so."""
+        from solvers.point_mass_emptiness import apart_message, touching_message
+
+        return touching_message(names, self.weights) if self.touching else apart_message(names, self.weights)
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,6 +60,7 @@ class Unproved:
 
 
 Finding = Fields | NoPose | Unproved
+Exact = Sequence[Fraction] | None
 
 
 def part_of(arrays: RobotArrays, chosen: Sequence[int]) -> RobotArrays:
@@ -94,8 +103,16 @@ def quick_pose(arrays: RobotArrays, lengths: Bounds) -> tuple[int, Bounds, NDArr
     return status, bounds, states
 
 
-def find_pose(arrays: RobotArrays, lengths: Bounds) -> Finding:
+def find_pose(arrays: RobotArrays, lengths: Bounds, exact: Exact = None) -> Finding:
     """Find the pose of a robot for all lengths (N, 2) in m, or prove that there is none.
+
+    Parameters
+    ----------
+    arrays : RobotArrays
+    lengths : (N, 2)
+        m.
+    exact : sequence of Fraction, optional
+        The lengths in m, where they are no ranges: doubles may be too coarse to tell whether balls touch.
 
     Guarantee
     ---------
@@ -105,17 +122,17 @@ def find_pose(arrays: RobotArrays, lengths: Bounds) -> Finding:
     status, bounds, states = quick_pose(arrays, lengths)
     if status == DECIDED:
         return unpacked(bounds, states)
-    return after_quick(arrays, lengths)
+    return after_quick(arrays, lengths, exact)
 
 
-def after_quick(arrays: RobotArrays, lengths: Bounds) -> Finding:
+def after_quick(arrays: RobotArrays, lengths: Bounds, exact: Exact = None) -> Finding:
     """Find what `find_pose` finds, where `quick_pose` has decided nothing."""
     if is_range(lengths):
         return _over_ranges(arrays, lengths)
-    return settle(arrays, lengths)
+    return settle(arrays, lengths, exact)
 
 
-def settle(arrays: RobotArrays, lengths: Bounds) -> Finding:
+def settle(arrays: RobotArrays, lengths: Bounds, exact: Exact = None) -> Finding:
     """Treat the cases the compiled path leaves open, without cutting ranges."""
     # Imported where it is needed: a process that asks one ordinary question starts sooner.
     from solvers.point_mass_degenerate import settle_balls
@@ -123,14 +140,34 @@ def settle(arrays: RobotArrays, lengths: Bounds) -> Finding:
 
     cables = scaled_cables(arrays, lengths)
     if arrays.is_elastic:
-        enclosed = settle_springs(cables, arrays.load, arrays.robot.cable_names)
+        enclosed = settle_springs(arrays, cables)
     else:
         settled = settle_balls(arrays, cables)
         if isinstance(settled, str):
-            weights = empty_weights(arrays, cables, lengths)
-            return Unproved(settled, reachable(arrays, lengths)) if weights is None else NoPose(weights)
+            return _without_inner_point(arrays, cables, lengths, exact, settled)
         enclosed = settled
     return fields_of(cables, arrays.frame, enclosed.box, enclosed.tension, enclosed.states, enclosed.note)
+
+
+def _without_inner_point(
+    arrays: RobotArrays, cables: Cables, lengths: Bounds, exact: Exact, reason: str
+) -> Finding:
+    """Treat balls of which no common inner point is known."""
+    from solvers.point_mass_touching import Deepest, Unheld, settle_touching
+
+    weights = empty_weights(arrays, cables, lengths)
+    if weights is not None:
+        return NoPose(weights)
+    if exact is None and (lengths[:, 0] == lengths[:, 1]).all():
+        exact = [Fraction(x) for x in lengths[:, 0].tolist()]
+    found = None if exact is None else settle_touching(arrays, cables, exact)
+    if isinstance(found, Fields):
+        return found
+    if isinstance(found, Unheld):
+        return NoPose(found.weights, touching=True)
+    if isinstance(found, Deepest):
+        return NoPose(found.weights)
+    return Unproved(reason, reachable(arrays, lengths))
 
 
 def empty_weights(arrays: RobotArrays, cables: Cables, lengths: Bounds) -> dict[int, float] | None:
@@ -142,20 +179,6 @@ def empty_weights(arrays: RobotArrays, cables: Cables, lengths: Bounds) -> dict[
     anchors = [cable.frame_anchor for cable in arrays.robot.cables]
     longest = [Fraction(x) for x in lengths[:, 1].tolist()]
     return weights if proves_empty(weights, anchors, longest) else None
-
-
-def reachable(arrays: RobotArrays, lengths: Bounds) -> Bounds:
-    """Return a box (3, 2) in m around the platform origins that all cables reach."""
-    centre = arrays.robot.platform.centre_of_mass
-    rows = []
-    for j in range(3):
-        shift = float(centre[j])
-        anchors = [float(cable.frame_anchor[j]) for cable in arrays.robot.cables]
-        low = max(a - s for a, s in zip(anchors, lengths[:, 1].tolist(), strict=True)) - shift
-        high = min(a + s for a, s in zip(anchors, lengths[:, 1].tolist(), strict=True)) - shift
-        margin = 1e-12 * (abs(low) + abs(high) + float(lengths[:, 1].max()))
-        rows.append((min(low, high) - margin, max(low, high) + margin))
-    return np.array(rows)
 
 
 def _over_ranges(arrays: RobotArrays, lengths: Bounds) -> Finding:
@@ -192,9 +215,24 @@ def _over_ranges(arrays: RobotArrays, lengths: Bounds) -> Finding:
     if reasons or empty is not None:
         reason = PARTLY if found or empty is not None else reasons[0]
         return Unproved(reason, reachable(arrays, lengths))
-    whole = hull(found)
-    tight = ", ".join(arrays.robot.cable_names[i] for i in whole.not_slack)
-    return replace(whole, note=CHANGING.format(tight) if OPEN in whole.states else "")
+    return _with_switches(arrays, lengths, hull(found), [part.states for part in found])
+
+
+def _with_switches(
+    arrays: RobotArrays, lengths: Bounds, whole: Fields, parts: list[NDArray[np.int64]]
+) -> Fields:
+    """Say which open cables are taut for some lengths and slack for others, and what is to be noted."""
+    from solvers.point_mass_degenerate import open_note
+    from solvers.point_mass_switching import changing, choices, tensions_unique
+
+    tight = list(whole.not_slack)
+    if tensions_unique(arrays, lengths, tight):
+        for i in np.flatnonzero(whole.states == OPEN).tolist():
+            tried = (quick_pose(arrays, np.ascontiguousarray(one)) for one in choices(lengths, i))
+            seen = [*parts, *(states for status, _, states in tried if status == DECIDED)]
+            if changing(seen, i):
+                whole.states[i] = SWITCHING
+    return replace(whole, note=open_note(arrays, lengths, whole.states))
 
 
 def _widest(arrays: RobotArrays, lengths: Bounds) -> int | None:

@@ -8,7 +8,6 @@ enclosures of all such subsets that cannot be excluded, and a cable outside all 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from itertools import combinations
@@ -16,15 +15,17 @@ from itertools import combinations
 import numpy as np
 from numpy.typing import NDArray
 
-from cdpr_interval.robots.model import Vector
 from solvers.point_mass_candidates import candidates
 from solvers.point_mass_duality import duality_box, feasible_near, inside_all, largest_tension
 from solvers.point_mass_emptiness import deepest_point
 from solvers.point_mass_fields import OPEN, SLACK, TAUT, distance
 from solvers.point_mass_kernels import guess_inextensible, middles
 from solvers.point_mass_model import Cables, RobotArrays, is_range
+from solvers.point_mass_switching import NOT_UNIQUE, dependent, just_switching, tensions_unique
 from solvers.result import Bounds
 
+CHANGES = "which of the cables {{{}}} are taut changes over the length ranges"
+CHANGING = "which of the cables {{{}}} are taut changes over the length ranges or is not decided"
 TOUCHING = (
     "no point is proved to lie strictly within all cables' lengths: "
     "the pose may be missing or its tensions unbounded"
@@ -40,7 +41,7 @@ class Enclosed:
     tension: Bounds
     """(N, 2)."""
     states: NDArray[np.int64]
-    """(N,) ``SLACK``, ``TAUT`` or ``OPEN``."""
+    """(N,) ``SLACK``, ``TAUT``, ``OPEN`` or ``SWITCHING``."""
     note: str = ""
 
 
@@ -53,7 +54,7 @@ def settle_balls(arrays: RobotArrays, cables: Cables) -> Enclosed | str:
         The reason where not even the pose is proved.
     """
     _, points, lengths, _, _ = cables
-    load, names = arrays.load, arrays.robot.cable_names
+    load = arrays.load
     A, L, _, f = middles(cables, load)
     shortest = np.ascontiguousarray(lengths[:, 0])
     _, deep = deepest_point(A, shortest)
@@ -71,11 +72,10 @@ def settle_balls(arrays: RobotArrays, cables: Cables) -> Enclosed | str:
     boxes, tensions = np.empty((len(subsets), 3, 2)), np.empty((len(subsets), count, 2))
     kept = candidates(cables, load, (A, L, f), subsets, outer, most, boxes, tensions)
     if kept.any():
-        taut = [tuple(row[1 : 1 + row[0]].tolist()) for row in subsets[kept]]
-        return _merge(taut, boxes[kept], tensions[kept], names, is_range(lengths))
+        return _merge(arrays, cables, boxes[kept], tensions[kept])
     # Rounding cannot exclude everything; keep the proved box and leave every state open.
     unknown = np.column_stack([np.zeros(count), most])
-    return _merge([()], outer[None], unknown[None], names, is_range(lengths))
+    return _merge(arrays, cables, outer[None], unknown[None])
 
 
 @lru_cache(maxsize=64)
@@ -121,48 +121,38 @@ def _width(box: Bounds) -> float:
     return float((box[:, 1] - box[:, 0]).max())
 
 
-def dependent(anchors: Sequence[Vector], taut: tuple[int, ...], load: Vector) -> bool:
-    """Return True when the directions of the cables are dependent at every equilibrium, decided exactly.
-
-    That is so for equal exit points and for three on one line. Two exit points on a line parallel to the
-    load, or three in a plane parallel to it, balance it only with multipliers of sum zero, or at a pose
-    on that line or plane.
-    """
-    if any(anchors[i] == anchors[j] for i, j in combinations(taut, 2)):
-        return True
-    if len(taut) == 1:
-        return False
-    a = anchors[taut[0]]
-    d, *rest = ([x - y for x, y in zip(anchors[i], a, strict=True)] for i in taut[1:])
-    other = rest[0] if rest else load
-    normal = [d[j - 2] * other[j - 1] - d[j - 1] * other[j - 2] for j in range(3)]
-    return not any(normal) or (bool(rest) and sum(n * f for n, f in zip(normal, load, strict=True)) == 0)
-
-
-def _merge(
-    taut: list[tuple[int, ...]], boxes: Bounds, tensions: Bounds, names: tuple[str, ...], ranges: bool
-) -> Enclosed:
+def _merge(arrays: RobotArrays, cables: Cables, boxes: Bounds, tensions: Bounds) -> Enclosed:
     """Return the hull of all candidates, with the states and tensions that hold for all of them.
 
     Parameters
     ----------
-    taut, boxes, tensions
-        The cables, pose (K, 3, 2) and tensions (K, N, 2) of each.
+    boxes, tensions
+        The pose (K, 3, 2) and the tensions (K, N, 2) of each.
     """
+    lengths = cables[2]
     box = np.column_stack([boxes[:, :, 0].min(axis=0), boxes[:, :, 1].max(axis=0)])
     tension = np.column_stack([tensions[:, :, 0].min(axis=0), tensions[:, :, 1].max(axis=0)])
     states = np.full(len(tension), SLACK, dtype=np.int64)
     states[tension[:, 1] > 0.0] = OPEN
     states[tension[:, 0] > 0.0] = TAUT
-    note = ""
-    if (states == OPEN).any():
-        tight = tuple(np.flatnonzero(states != SLACK).tolist())
-        listed = f"cables {{{', '.join(names[i] for i in tight)}}}"
-        if ranges:
-            note = f"which of the {listed} are taut changes over the length ranges or is not decided"
-        elif tight in taut:
-            just = ", ".join(names[i] for i in np.flatnonzero(states == OPEN))
-            note = f"{just} just taut or just slack"
-        else:
-            note = f"{listed} tight, tensions not unique"
-    return Enclosed(box, tension, states, note)
+    if not is_range(lengths):
+        states = just_switching(arrays, cables, box, tension, states)
+    return Enclosed(box, tension, states, open_note(arrays, lengths, states))
+
+
+def open_note(arrays: RobotArrays, lengths: Bounds, states: NDArray[np.int64]) -> str:
+    """Return what is to be said of cables that are not proved taut or slack; empty where all are."""
+    tight, just = np.flatnonzero(states != SLACK).tolist(), np.flatnonzero(states > TAUT).tolist()
+    if not just:
+        return ""
+    names = arrays.robot.cable_names
+    listed, those = (", ".join(names[i] for i in chosen) for chosen in (tight, just))
+    if is_range(lengths):
+        return (CHANGING if (states == OPEN).any() else CHANGES).format(listed)
+    if not tensions_unique(arrays, lengths, tight):
+        return NOT_UNIQUE.format(listed)
+    return (
+        f"whether {those} taut is not decided"
+        if (states == OPEN).any()
+        else f"{those} just taut or just slack"
+    )

@@ -9,19 +9,19 @@ from __future__ import annotations
 import numpy as np
 
 from cdpr_interval.kernels.interval import mul, sub
-from solvers.point_mass_degenerate import Enclosed
+from solvers.point_mass_degenerate import Enclosed, open_note
 from solvers.point_mass_fields import OPEN, SLACK, TAUT, distance
 from solvers.point_mass_gradient import gradient_krawczyk
 from solvers.point_mass_kernels import anywhere, guess_elastic, middles
-from solvers.point_mass_model import Cables, is_range
+from solvers.point_mass_model import Cables, RobotArrays, is_range
+from solvers.point_mass_switching import just_switching
 from solvers.point_mass_trap import trap
-from solvers.result import Bounds
 
 
-def settle_springs(cables: Cables, load: Bounds, names: tuple[str, ...]) -> Enclosed:
+def settle_springs(arrays: RobotArrays, cables: Cables) -> Enclosed:
     """Enclose the pose of elastic cables without knowing which of them are taut."""
     _, anchors, lengths, stiffness, axial = cables
-    count = len(lengths)
+    load, count = arrays.load, len(lengths)
     A, L, k, f = middles(cables, load)
     taut = np.zeros(max(count, 4), dtype=np.int64)
     x = np.zeros(3 + max(count, 4))
@@ -40,8 +40,6 @@ def settle_springs(cables: Cables, load: Bounds, names: tuple[str, ...]) -> Encl
         # k (rho - l), with k l as it is known.
         lo, hi = sub(*mul(*stiffness[i], near, far), *axial[i])
         tension[i] = max(lo, 0.0), max(hi, 0.0)
-    just = ", ".join(names[i] for i in np.flatnonzero(states == OPEN))
-    note = f"{just} just taut or just slack" if just else ""
-    if just and is_range(cables[2]):
-        note = f"whether {just} are taut changes over the length ranges or is not decided"
-    return Enclosed(box, tension, states, note)
+    if not is_range(lengths):
+        states = just_switching(arrays, cables, box, tension, states)
+    return Enclosed(box, tension, states, open_note(arrays, lengths, states))

@@ -11,7 +11,7 @@ Floats find lambda and q; the two claims are then checked in exact rationals.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from fractions import Fraction
 from itertools import combinations
 
@@ -115,9 +115,17 @@ def is_inside_all(point: Iterable[Fraction], anchors: Sequence[Vector], shortest
     return all(_norm_squared(p, a) < s**2 for a, s in zip(anchors, shortest, strict=True))
 
 
-def apart_message(names: Sequence[str], weights: dict[int, float]) -> str:
+def apart_message(names: Sequence[str], cables: Collection[int]) -> str:
     """Return the sentence that says which cables cannot reach a common point."""
-    chosen = [names[i] for i in sorted(weights)]
-    listed = " and ".join(", ".join(chosen).rsplit(", ", 1))
-    where = "both" if len(chosen) == 2 else "all"
+    where = "both" if len(cables) == 2 else "all"
+    listed = _listed(names, cables)
     return f"cables {listed} cannot reach a common point: no point lies within {where} their lengths"
+
+
+def touching_message(names: Sequence[str], cables: Collection[int]) -> str:
+    """Return the sentence that says which cables only touch, where nothing holds the load."""
+    return f"cables {_listed(names, cables)} only just reach each other: no finite tensions hold the load"
+
+
+def _listed(names: Sequence[str], cables: Collection[int]) -> str:
+    return " and ".join(", ".join(names[i] for i in sorted(cables)).rsplit(", ", 1))

@@ -14,7 +14,7 @@ from solvers.result import Bounds, CableState, Nominal, Proof, Solution, Stabili
 IDENTITY: Bounds = np.repeat(np.eye(3)[:, :, None], 2, axis=2)
 IDENTITY.setflags(write=False)
 
-STATES = (CableState.SLACK, CableState.TAUT, CableState.UNDECIDED)
+STATES = (CableState.SLACK, CableState.TAUT, CableState.UNDECIDED, CableState.SWITCHING)
 """By the kernels' state number."""
 
 
@@ -39,6 +39,11 @@ class Fields:
         """Cables that may be taut."""
         return tuple([i for i, state in enumerate(self.states.tolist()) if state != SLACK])
 
+    @property
+    def is_open(self) -> bool:
+        """True when some cable's state is undecided."""
+        return bool((self.states == OPEN).any())
+
 
 def unpacked(bounds: Bounds, states: NDArray[np.int64]) -> Fields:
     """Return what `solvers.point_mass_kernels.balls_pose` has written as fields, without copying."""
@@ -59,7 +64,7 @@ def fields_of(
 
 
 def hull(parts: list[Fields]) -> Fields:
-    """Return the hull of the poses of several parts of the length ranges; a state holds if it does in all."""
+    """Return the hull of several poses; a state holds if it does in all, else it is open."""
     first = parts[0]
     states = first.states.copy()
     for part in parts[1:]:

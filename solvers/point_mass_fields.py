@@ -8,8 +8,8 @@ from numba import njit
 
 from cdpr_interval.kernels.interval import add, mul, sqr, sqrt, sub
 
-SLACK, TAUT, OPEN = 0, 1, 2
-"""States of a cable: proved slack, proved taut, undecided."""
+SLACK, TAUT, OPEN, SWITCHING = 0, 1, 2, 3
+"""States of a cable: proved slack, proved taut, undecided, switching (no kernel gives that one)."""
 
 
 @njit(cache=True, nogil=True)

@@ -164,7 +164,7 @@ def classify(cables: Any, taut: Any, m: int, box: Any, states: Any) -> tuple[boo
     for i in range(lengths.shape[0]):
         if states[i] == SLACK:
             _, far = distance(anchors, i, box)
-            if not far <= lengths[i, 0]:
+            if not far < lengths[i, 0]:
                 states[i] = OPEN
                 fits = False
     return carried, fits

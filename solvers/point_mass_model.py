@@ -39,6 +39,8 @@ class RobotArrays:
     robot: Robot
     load_exact: Vector
     """f in N."""
+    origin: Vector
+    """A_0 in m, from which the kernels measure; also of a robot that is some of the cables of another."""
     elastic: NDArray[np.bool_]
     constant: NDArray[np.bool_]
     """(N,) True where the spring constant is given, False where EA is."""
@@ -119,6 +121,7 @@ def build_arrays(robot: Robot, load: Vector) -> RobotArrays:
     return RobotArrays(
         robot=robot,
         load_exact=load,
+        origin=origin,
         elastic=np.array([cable.elasticity is not None for cable in robot.cables]),
         constant=np.array(
             [c.elasticity is not None and c.elasticity.stiffness is not None for c in robot.cables]
@@ -214,9 +217,14 @@ def robot_arrays(problem: Problem) -> RobotArrays:
     return arrays
 
 
+def ranged(lengths: Bounds) -> NDArray[np.bool_]:
+    """Return which lengths (N, 2) are more uncertain than a decimal read as a double."""
+    return np.asarray(lengths[:, 1] - lengths[:, 0] > 1e-14 * lengths[:, 1])
+
+
 def is_range(lengths: Bounds) -> bool:
     """Return True when some length (N, 2) is more uncertain than a decimal read as a double."""
-    return bool((lengths[:, 1] - lengths[:, 0] > 1e-14 * lengths[:, 1]).any())
+    return bool(ranged(lengths).any())
 
 
 def length_bounds(lengths: Iterable[LengthRange]) -> Bounds:
@@ -226,6 +234,16 @@ def length_bounds(lengths: Iterable[LengthRange]) -> Bounds:
         below = enclose(lo)
         rows.append(below if lo is hi else (below[0], enclose(hi)[1]))
     return np.array(rows, dtype=np.float64)
+
+
+def exact_lengths(problem: Problem, chosen: Sequence[int] | None = None) -> list[Fraction] | None:
+    """Return the lengths in m of some cables (default: all) exactly; None where one of them is a range."""
+    return exact_ends(problem.lengths if chosen is None else [problem.lengths[i] for i in chosen])
+
+
+def exact_ends(ranges: Sequence[LengthRange]) -> list[Fraction] | None:
+    """Return lengths in m that are no ranges; None where one of them is."""
+    return [lo for lo, _ in ranges] if all(lo == hi for lo, hi in ranges) else None
 
 
 def select(cables: Cables, chosen: Sequence[int]) -> Cables:

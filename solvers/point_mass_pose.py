@@ -19,7 +19,7 @@ class PoseStatus(StrEnum):
     PROVED = "proved"
     """There is exactly one static pose in all of space, and the bounds enclose it."""
     NO_POSE = "no-pose"
-    """There is no static pose: no point is within reach of all cables."""
+    """There is no static pose: no point is in reach of all cables, or only one, where nothing holds it."""
     UNPROVED = "unproved"
     """Neither of the two; ``reason`` says why."""
 
@@ -34,7 +34,7 @@ class PointMassPose:
     ---------
     With status PROVED the robot has exactly one static pose for every choice of lengths in their ranges,
     wherever in space, and ``position``, ``height``, ``tensions`` and ``distances`` enclose it; the cables
-    in ``taut`` are proved to carry tension, those that are SLACK are proved nearer than their lengths.
+    in ``taut`` are proved to carry tension, those that are SLACK to carry none within their lengths.
     With NO_POSE there is none for any choice. With UNPROVED nothing is claimed.
     """
 

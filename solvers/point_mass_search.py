@@ -26,14 +26,14 @@ from solvers.point_mass_alone import (
 )
 from solvers.point_mass_cells import PROVED, WIDTH, contains, run_cells, settle
 from solvers.point_mass_convex import find_pose, scaled_cables
-from solvers.point_mass_degenerate import dependent
 from solvers.point_mass_entry import Fields, fields_of
 from solvers.point_mass_fields import TAUT
 from solvers.point_mass_kernels import anywhere, tension_bounds
-from solvers.point_mass_model import Cables, RobotArrays, select
+from solvers.point_mass_model import Cables, RobotArrays, exact_lengths, select
 from solvers.point_mass_newton import krawczyk
 from solvers.point_mass_statics import all_cables
 from solvers.point_mass_subsets import subset_count, subsets
+from solvers.point_mass_switching import dependent
 from solvers.point_mass_trap import low_point, start_box
 from solvers.problem import Options, Problem, Progress
 from solvers.result import Answer, Bounds, Outcome, Proof, Solution, StopReason, SubsetReport, Undecided
@@ -116,8 +116,9 @@ def _search_one(
     others = select(everything, rest)
     anchors = [cable.frame_anchor for cable in problem.robot.cables]
     if not arrays.is_elastic and dependent(anchors, taut, arrays.load_exact):
-        # No independent multipliers: such poses are those of smaller subsets.
-        return SubsetSearch(taut, [], 0, 0, 0, time.perf_counter() - start, Stop.EXHAUSTED)
+        # No independent multipliers: such poses are those of smaller subsets, or convexity finds them.
+        left = 0 if problem.taut is None else 1
+        return SubsetSearch(taut, [], left, 0, 0, time.perf_counter() - start, Stop.EXHAUSTED)
     box = start_box(cables, arrays.load) if arrays.is_elastic else _reach(cables)
     width = float((box[:, 1] - box[:, 0]).max())
     if not (box[:, 0] <= box[:, 1]).all():
@@ -234,6 +235,7 @@ def _collect(
             own = [settled] if isinstance(settled, Claim) else []
             if isinstance(settled, Undecided):
                 undecided.append(settled)
+            if isinstance(settled, Undecided) or any(claim.fields.is_open for claim in own):
                 outcome = Outcome.INCOMPLETE
         elif is_open:
             doubtful = True
@@ -261,7 +263,7 @@ def _by_convexity(
     problem: Problem, arrays: RobotArrays, lengths: Bounds, answer: Answer, doubtful: bool
 ) -> Answer:
     """Settle what the search left open (or say why there is nothing) with the only pose of the robot."""
-    finding = find_pose(arrays, lengths)
+    finding = find_pose(arrays, lengths, exact_lengths(problem))
     if isinstance(finding, Fields):
         settled = answer_pose(problem, arrays, finding)
     else:

@@ -17,12 +17,13 @@ from cdpr_interval.errors import InputError
 from cdpr_interval.robots.model import Robot
 from solvers.force import NO_LOAD, ZERO, read_force
 from solvers.forward import refuse_unsupported
+from solvers.lengths import read_lengths
 from solvers.light_input import checked, force_key, quick_bounds
 from solvers.point_mass_convex import NoPose, after_quick, quick_pose, settle
 from solvers.point_mass_entry import Fields
 from solvers.point_mass_fields import OPEN
 from solvers.point_mass_kernels import DECIDED
-from solvers.point_mass_model import RobotArrays, build_arrays, with_load
+from solvers.point_mass_model import RobotArrays, build_arrays, exact_ends, with_load
 from solvers.point_mass_pose import PointMassPose, PoseStatus
 from solvers.problem import Problem
 from solvers.result import Bounds
@@ -128,6 +129,7 @@ class PointMass:
         milliseconds, for wide ranges of elastic cables tenths of a second.
         """
         bounds = quick_bounds(lengths, len(self._robot.cables))
+        quick = bounds is not None
         if bounds is None or external_force is not None or self._arrays is None:
             names = self._robot.cable_names
             bounds, arrays = checked(lengths, bounds, names, self._under, external_force)
@@ -136,7 +138,8 @@ class PointMass:
         status, found, states = quick_pose(arrays, bounds)
         if status == DECIDED:
             return PointMassPose(PoseStatus.PROVED, found, states)
-        return _settled(arrays, bounds)
+        given = None if quick else exact_ends(read_lengths(lengths, self._robot.cable_names))
+        return _settled(arrays, bounds, given)
 
     def _under(self, external_force: Any) -> RobotArrays:
         """Return the arrays under the weight and a force; the last ones are kept."""
@@ -154,20 +157,18 @@ class PointMass:
         return arrays
 
 
-def _settled(arrays: RobotArrays, lengths: Bounds) -> PointMassPose:
+def _settled(arrays: RobotArrays, lengths: Bounds, exact: list[Fraction] | None) -> PointMassPose:
     """Return the answer where the compiled path has decided nothing."""
     count = len(lengths)
-    finding = after_quick(arrays, lengths)
+    finding = after_quick(arrays, lengths, exact)
     if isinstance(finding, Fields):
         parts = (finding.position, finding.height[None], finding.tensions, finding.distances)
         return PointMassPose(PoseStatus.PROVED, np.concatenate(parts), finding.states, note=finding.note)
     states = np.full(count, OPEN, dtype=np.int64)
     bounds = np.empty((4 + 2 * count, 2))
     if isinstance(finding, NoPose):
-        from solvers.point_mass_emptiness import apart_message
-
         bounds[:] = np.nan
-        message = apart_message(arrays.robot.cable_names, finding.weights)
+        message = finding.reason(arrays.robot.cable_names)
         return PointMassPose(PoseStatus.NO_POSE, bounds, states, message)
     bounds[:3], bounds[3], bounds[4:] = finding.position, (-np.inf, np.inf), (0.0, np.inf)
     return PointMassPose(PoseStatus.UNPROVED, bounds, states, finding.reason)

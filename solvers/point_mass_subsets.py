@@ -27,7 +27,12 @@ def subset_count(count: int, largest: int) -> int:
 
 @lru_cache(maxsize=64)
 def rows(
-    count: int, largest: int, surely: tuple[int, ...], possibly: tuple[int, ...], found: bool
+    count: int,
+    largest: int,
+    surely: tuple[int, ...],
+    possibly: tuple[int, ...],
+    found: bool,
+    decided: bool,
 ) -> tuple[SubsetReport, ...]:
     """Return one row per subset for a claim made at once for all of them.
 
@@ -38,7 +43,9 @@ def rows(
     surely, possibly
         Cables proved taut, and those that may be (ascending; the second contains the first).
     found
-        Whether there is a pose; when not, subsets from ``possibly`` are incomplete.
+        Whether there is a pose.
+    decided
+        Whether nothing is open; else subsets between ``surely`` and ``possibly`` are incomplete.
     """
     if subset_count(count, largest) <= MOST_ROWS:
         listed = list(subsets(count, largest))
@@ -46,12 +53,11 @@ def rows(
         listed = [possibly] if possibly else []
     sure, candidates = set(surely), set(possibly)
     result = []
-    open_claim = surely != possibly or not found
     given = False
     for taut in listed:
         concerned = bool(candidates) and sure <= set(taut) <= candidates
         has = concerned and found and not given
         given = given or has
-        outcome = Outcome.INCOMPLETE if concerned and open_claim else Outcome.COMPLETE
+        outcome = Outcome.INCOMPLETE if concerned and not decided else Outcome.COMPLETE
         result.append(SubsetReport(taut, outcome, int(has), 0, 0.0))
     return tuple(result)

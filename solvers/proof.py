@@ -17,7 +17,7 @@ from certificates.container import unpack
 from certificates.problem import Listed, Problem, read_problem, read_solutions
 from certificates.verdicts import Malformed, Verdict
 from solvers.certificate import robot_document
-from solvers.certificate_point import certified_states
+from solvers.certificate_point import certified
 from solvers.result import Result, Solution
 
 Json = dict[str, Any]
@@ -144,7 +144,8 @@ def _missing(solutions: Sequence[Solution], listed: Sequence[Listed], left_out: 
 
 def _holds(listed: Listed, solution: Solution) -> bool:
     """Return whether the box of a listed solution holds that of a solution, and their cables agree."""
-    if listed.taut != solution.taut or listed.states != tuple(certified_states(solution)):
+    states = tuple(map(str, certified(solution).cable_states))
+    if listed.taut != solution.taut or listed.states != states:
         return False
     return all(
         np.all(np.array(outer)[..., 0] <= inner[..., 0]) and np.all(inner[..., 1] <= np.array(outer)[..., 1])

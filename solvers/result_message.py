@@ -38,7 +38,7 @@ def _left_open(answer: Answer) -> list[str]:
     just = sum(solution.is_proved and solution.has_open_cable for solution in answer.solutions)
     left = [f"{counted(unproved, 'open entry', 'open entries')}"] if unproved else []
     if just:
-        left.append(f"{just} with a cable just taut or just slack")
+        left.append(f"{just} with an undecided cable")
     if answer.undecided:
         left.append(f"{counted(len(answer.undecided), 'region')} undecided")
     if answer.pending:

@@ -278,7 +278,7 @@ class Run:
             subsets=tuple(report_of(*entry, solutions, undecided) for entry in self.found),
             stop_reason=reason,
             cells=sum(f.cells for _, f, _ in self.found),
-            message=reach_message(self.problem) if nothing else "",
+            message=reach_message(self.problem, self.options.ignore_slack) if nothing else "",
         )
 
 

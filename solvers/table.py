@@ -68,7 +68,7 @@ def _remarks(solution: Solution, result: Result) -> str:
     if names := _in_state(solution, result, CableState.UNDECIDED):
         remarks.append(f"taut or slack undecided: {names}")
     if names := _in_state(solution, result, CableState.SWITCHING):
-        remarks.append(f"just taut or just slack, one pose either way: {names}")
+        remarks.append(f"switching, one pose either way: {names}")
     if solution.slack_respected is False:
         remarks.append("other cables are not slack")
     if solution.family is not None:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from solvers.commands.external_force import LABEL, external_force_option, read_external_force
 from solvers.commands.interrupt import interruptible
 from solvers.commands.numbers import read_count, read_float
 from solvers.input_errors import InputErrors
@@ -29,6 +30,7 @@ MOST_CABLES = 64
 @click.option("--lengths", metavar="L1,L2,...", help="Cable lengths in m, file order, or c1=L1,c2=L2,...")
 @click.option("--tensions", metavar="T1,T2,...", help="Tensions in N instead of lengths, of a point mass.")
 @click.option("--problem", metavar="FILE", help="Lengths and external force from a cdpr-problem/1 file.")
+@external_force_option
 @click.option("--taut", metavar="C1,C2,...", help="One subset of taut cables instead of all subsets.")
 @click.option("--ignore-slack", is_flag=True, help="Keep poses whose other cables are not slack.")
 @click.option("--ignore-tension-sign", is_flag=True, help="Six taut cables as rigid legs.")
@@ -87,9 +89,10 @@ def _of_tensions(source: str, given: dict[str, Any], target: JsonTarget | None) 
             errors.add(f"{_option_name(name)}: not together with --tensions")
     if target is not None:
         errors.read(target.require_writable)
-    question = (
-        None if robot is None else errors.read(tension_problem, robot, given["tensions"], given["taut"])
-    )
+    force = read_external_force(given, errors)
+    question = None
+    if robot is not None:
+        question = errors.read(tension_problem, robot, given["tensions"], given["taut"], force)
     errors.require_none()
     assert question is not None
     result = solve_tensions(question)
@@ -160,9 +163,14 @@ def _problem(robot: Robot, given: dict[str, Any], options: Options | None) -> Pr
     from solvers.problem import Options
     from solvers.problem_file import read_problem_file
 
-    lengths, force = given["lengths"], None
+    errors = InputErrors()
+    lengths, force = given["lengths"], read_external_force(given, errors)
     if given["problem"] is not None:
-        lengths, force = read_problem_file(given["problem"], robot.cable_names)
+        lengths, of_file = errors.read(read_problem_file, given["problem"], robot.cable_names) or (None, None)
+        if of_file is not None and given["external_force"] is not None:
+            errors.add(f"{LABEL}: not together with external_force_N of --problem")
+        force = of_file if force is None else force
+    errors.require_none()
     return pose_problem(robot, lengths, given["taut"], force, options or Options(), _option_name)
 
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from solvers.commands.external_force import external_force_option, read_external_force
 from solvers.commands.numbers import read_float
 from solvers.input_errors import InputErrors
 from solvers.json_target import JsonTarget
@@ -25,6 +26,7 @@ if TYPE_CHECKING:
 @click.option(
     "--slack-margin", metavar="X", default="0.05", show_default=True, help="How much longer the others are."
 )
+@external_force_option
 @click.option("--settle", is_flag=True, help="First move to the nearest static pose of the taut cables.")
 @click.option("--static", is_flag=True, help="Exit with 4 when the pose is not an equilibrium.")
 @click.option(
@@ -70,6 +72,7 @@ def _solve(source: str, given: dict[str, Any], target: JsonTarget | None) -> IkR
         pose = errors.read(read_pose, given["pose"], given["quaternion"])
     margin = errors.read(read_float, given["slack_margin"], "--slack-margin")
     tolerance = errors.read(read_float, given["wrench_tolerance"], "--wrench-tolerance")
+    force = read_external_force(given, errors)
     if target is not None:
         errors.read(target.require_writable)
     if robot is None:
@@ -84,7 +87,7 @@ def _solve(source: str, given: dict[str, Any], target: JsonTarget | None) -> IkR
         settle=given["settle"],
         static=given["static"],
         wrench_tolerance=1.0 if tolerance is None else tolerance,
-        external_force=None,
+        external_force=force,
         label=_option_name,
     )
     errors.require_none()

@@ -6,6 +6,7 @@ from typing import Any
 
 import click
 
+from solvers.commands.external_force import external_force_option, read_external_force
 from solvers.json_target import JsonTarget
 
 
@@ -13,6 +14,7 @@ from solvers.json_target import JsonTarget
 @click.argument("robot")
 @click.option("--lengths", metavar="L1,L2,...", help="Cable lengths in m, file order, or c1=L1,c2=L2,...")
 @click.option("--tensions", metavar="T1,T2,...", help="Tensions in N of the taut cables, file order.")
+@external_force_option
 @click.option("--taut", metavar="C1,C2,...", help="The taut cables.  [default: all]")
 @click.option(
     "--given",
@@ -41,6 +43,7 @@ def command(robot: str, **given: Any) -> int:
     model = errors.read(load_robot, robot)
     if given["given"] is not None and given[given["given"]] is None:
         errors.add(f"--{given['given']}: missing, --given {given['given']} needs it")
+    force = read_external_force(given, errors)
     for target in targets:
         if target is not None:
             errors.read(target.require_writable)
@@ -50,7 +53,9 @@ def command(robot: str, **given: Any) -> int:
         raise InputError("--lengths: missing (or --tensions)")
     if given["lengths"] is not None and given["tensions"] is not None:
         raise InputError("--lengths: not together with --tensions")
-    report = polynomial_report(model, given["lengths"], tensions=given["tensions"], taut=given["taut"])
+    report = polynomial_report(
+        model, given["lengths"], tensions=given["tensions"], taut=given["taut"], external_force=force
+    )
     as_json, as_latex = targets
     if as_latex is not None:
         as_latex.write(report.latex())

@@ -91,7 +91,7 @@ def left_open(result: Result) -> str:
         f"undecided regions ({cells} cells)": len(result.undecided),
         "cells not looked at": result.pending,
         "entries not proved to hold exactly one pose": len(result.solutions) - len(proved),
-        "poses with a cable just taut or just slack": sum(s.has_open_cable for s in proved),
+        "poses with an undecided cable": sum(s.has_open_cable for s in proved),
     }
     said = [f"{count} {what}" for what, count in counts.items() if count]
     return "Left open: " + ", ".join(said) + "." if said else ""

@@ -92,7 +92,8 @@ def scene(robot: Robot, solution: Solution, lengths: Bounds, number: int) -> Sce
         if state is CableState.SLACK:
             points = hanging(exit_point, platform[i], float(lengths[i].mean()), up)
         text = f"{cable.name}: {state.value}, {_range(solution.tensions[i], 'N')}"
-        tension = float(np.clip(solution.tensions[i], 0.0, 1e300).mean())
+        least, most = solution.tensions[i].tolist()
+        tension = max(0.5 * (least + most) if math.isfinite(most) else least, 0.0)
         cables.append(DrawnCable(cable.name, points, state, tension, text))
     taut = ", ".join(robot.cables[i].name for i in solution.taut)
     return Scene(f"{number}: {taut} taut, {solution.stability.value}", tuple(cables), platform, centre)
@@ -153,6 +154,6 @@ def _floats(vector: Vector) -> Points:
 
 def _range(bounds: Bounds, unit: str) -> str:
     lo, hi = (float(x) for x in bounds)
-    if hi - lo <= 1e-6 * max(abs(hi), 1.0):
+    if math.isfinite(hi) and hi - lo <= 1e-6 * max(abs(hi), 1.0):
         return f"{0.5 * (lo + hi):.6g} {unit}"
-    return f"{lo:.6g} to {hi:.6g} {unit}"
+    return f"{lo:.6g} to {hi:.6g} {unit}" if math.isfinite(hi) else f"{lo:.6g} {unit} or more"

@@ -3,6 +3,7 @@
 import json
 import subprocess
 import sys
+from fractions import Fraction
 
 import pytest
 from click.testing import CliRunner
@@ -109,6 +110,100 @@ def test_options_reach_the_solver(asked, hanging):
         10**6,
         2,
     )
+
+
+FORCED = """format: cdpr-problem/1
+lengths_m: [2, 5]
+external_force_N: [0, 0, 1]
+"""
+
+
+@pytest.mark.parametrize("args", [["--external-force=-1,0.1,.5"], ["--external-force", "-1, 0.1, .5"]])
+def test_the_external_force_reaches_the_solver(asked, hanging, args):
+    assert run(hanging, "--lengths", "2,5", *args).exit_code == 0
+    ((problem, _),) = asked
+    assert problem.external_force == (-1, Fraction(1, 10), Fraction(1, 2))
+
+
+def test_the_external_force_acts(hanging):
+    side = run(hanging, "--lengths", "2,9", "--external-force", "-98.1,0,0", "--json", "-")
+    (pose,) = Result.from_json(side.stdout).solutions
+    assert side.exit_code == 0 and pose.position.mean(axis=1) == pytest.approx([-(2**0.5), 0, -(2**0.5)])
+    assert json.loads(side.stdout)["question"]["external_force_N"] == [-98.1, 0, 0]
+
+
+@pytest.mark.parametrize(
+    ("args", "messages"),
+    [
+        (["--external-force", "1,2"], ["--external-force: must hold 3 numbers, got 2"]),
+        (
+            ["--external-force", "1,x,nan", "--precision", "-1"],
+            ["--external-force[1]: 'x' is not a number", "--external-force[2]: 'nan' is not a finite number"],
+        ),
+        (
+            ["--external-force", "0,0,98.1"],
+            ["the weight and the external force cancel; without a load there are no statics"],
+        ),
+    ],
+)
+def test_a_wrong_external_force(asked, hanging, args, messages):
+    result = run(hanging, "--lengths", "2,5", *args)
+    assert result.exit_code == 2 and not asked
+    assert [line for line in lines(result) if "precision" not in line] == messages
+
+
+def test_one_place_for_the_external_force(asked, hanging, tmp_path):
+    problem = tmp_path / "problem.yaml"
+    problem.write_text(FORCED, encoding="utf-8")
+    both = run(hanging, "--problem", problem, "--external-force", "1,0,0")
+    assert both.exit_code == 2
+    assert lines(both) == ["--external-force: not together with external_force_N of --problem"]
+    problem.write_text(FORCED.replace("external_force_N: [0, 0, 1]\n", ""), encoding="utf-8")
+    assert run(hanging, "--problem", problem, "--external-force", "1,0,0").exit_code == 0
+    assert asked[-1][0].external_force == (1, 0, 0)
+
+
+def test_other_commands_take_the_external_force(hanging):
+    found = run("ik", hanging, "--pose", "-1,0,-1", "--external-force", "-98.1,0,0", "--json", "-")
+    document = json.loads(found.stdout)
+    assert document["question"]["external_force_N"] == [-98.1, 0, 0] and "is static" in document["message"]
+    wrong = run("ik", hanging, "--pose", "-1,0,-1", "--external-force", "a,0,0")
+    assert lines(wrong) == ["--external-force[0]: 'a' is not a number"]
+    pulled = run("fk", hanging, "--tensions", "98.1,98.1", "--external-force", "0,0,-1", "--json", "-")
+    assert json.loads(pulled.stdout)["question"]["external_force_N"] == [0, 0, -1]
+    exact = run("polynomial", hanging, "--lengths", "3,3", "--external-force", "-1,0,0")
+    assert exact.exit_code == 0 and "agreement with fk: yes" in exact.stdout
+
+
+LINE = """format: cdpr-robot/1
+name: line
+gravity_m_s2: [0, 0, -1]
+platform: {mass_kg: 1}
+cables:
+  - {name: c0, frame_anchor_m: [0, 0, 0], platform_anchor_m: [0, 0, 0]}
+  - {name: c1, frame_anchor_m: [2, 0, 0], platform_anchor_m: [0, 0, 0]}
+  - {name: c2, frame_anchor_m: [4, 0, 0], platform_anchor_m: [0, 0, 0]}
+"""
+
+
+def test_what_is_open_what_switches_and_what_only_touches(tmp_path):
+    file = tmp_path / "line.yaml"
+    file.write_text(LINE, encoding="utf-8")
+    dependent = run(file, "--lengths", "2.5,1.5,2.5", "--taut", "c0,c1,c2", "--ignore-slack")
+    assert dependent.exit_code == 3 and "1 static pose proved, 1 with an undecided cable" in dependent.stdout
+    assert (
+        "taut or slack undecided: c0,c1,c2; cables {c0, c1, c2} tight, tensions not unique"
+        in dependent.stdout
+    )
+    just = run(file, "--lengths", "2.5,2.5,5")
+    assert just.exit_code == 0
+    assert "switching" not in just.stdout
+    changing = run(file, "--lengths", "2.5,1.5+-0.1,2.5")
+    assert changing.exit_code == 0 and "1 static pose, proved to be all" in changing.stdout
+    assert "switching, one pose either way: c0,c1,c2" in changing.stdout
+    touching = run(file, "--lengths", "1,9,3")
+    assert touching.exit_code == 4
+    assert "cables c0 and c2 only just reach each other: no finite tensions hold the load" in touching.stdout
 
 
 def test_json_on_stdout_is_alone(asked, hanging):

@@ -118,19 +118,21 @@ def test_ranges_enclose_what_their_ends_give(kind: str) -> None:
         # Two balls apart; four, of which three have a common point.
         (((0, 0, 0), (4, 0, 0)), [1.0, 2.0], PoseStatus.NO_POSE, True),
         (SQUARE, [2.9, 2.9, 2.9, 2.0], PoseStatus.NO_POSE, True),
-        # Touching balls: the pose would be at their one common point, and its tensions are unbounded.
-        (((0, 0, 0), (4, 0, 0)), [2.0, 2.0], PoseStatus.UNPROVED, False),
+        # Touching balls: no tensions hold the load at their one common point; there they do.
+        (((0, 0, 0), (4, 0, 0)), [2.0, 2.0], PoseStatus.NO_POSE, True),
+        (((0, 0, 0), (0, 0, -4)), [2.0, 2.0], PoseStatus.PROVED, False),
         # Four equal cables; a third cable that is only just reached; a cable whose tension just vanishes.
         (SQUARE, [3.0] * 4, PoseStatus.PROVED, False),
-        (((0, 0, 0), (3, 0, 0), (0, 1, 3)), [2.5, 2.5, math.sqrt(28.25)], PoseStatus.PROVED, False),
-        (((0, 0, 0), (3, 0, 0)), [4.0, 5.0], PoseStatus.PROVED, False),
+        (((0, 0, 0), (3, 0, 0), (0, 1, 3)), [2.5, 2.5, math.sqrt(28.25)], PoseStatus.PROVED, True),
+        (((0, 0, 0), (3, 0, 0)), [4.0, 5.0], PoseStatus.PROVED, True),
     ],
 )
 def test_cases_at_the_border(anchors, lengths, status, complete) -> None:
     model = robot(anchors)
     pose = PointMass(model).solve(lengths)
     assert (pose.status, pose.complete) == (status, complete)
-    assert status is not PoseStatus.PROVED or CableState.UNDECIDED in pose.states
+    open_state = CableState.SWITCHING if complete else CableState.UNDECIDED
+    assert status is not PoseStatus.PROVED or open_state in pose.states
     same(pose, forward_kinematics(model, lengths))
 
 
@@ -140,7 +142,8 @@ def test_an_elastic_cable_just_taut(kind: str) -> None:
     alone = PointMass(robot(((0, 0, 0),), kind)).solve([4.0])
     lengths = [4.0, math.hypot(3.0, alone.position[2].mean())]
     pose = PointMass(model).solve(lengths)
-    assert pose.proved and not pose.complete and pose.not_slack == (0, 1) and pose.note
+    assert pose.proved and pose.complete and pose.not_slack == (0, 1) and pose.note
+    assert pose.states == (CableState.TAUT, CableState.SWITCHING)
     same(pose, forward_kinematics(model, lengths))
 
 

@@ -1,4 +1,4 @@
-"""Claims of an entry, counts of a message and of subsets: written, read, contradicted where wrong."""
+"""Claims of an entry, counts of a message and of subsets: written, read, contradicted if they are wrong."""
 
 import json
 from dataclasses import replace
@@ -58,8 +58,7 @@ def test_a_switching_cable_leaves_nothing_open():
         (
             [{}, OPEN, {"slack_respected": None}],
             {"pending": 3},
-            "finished: 2 static poses proved, 1 open entry, 1 with a cable just taut or just slack,"
-            " 3 cells not looked at",
+            "finished: 2 static poses proved, 1 open entry, 1 with an undecided cable, 3 cells not looked at",
         ),
         ([{}], {"message": "and more"}, "1 static pose, proved to be all; and more"),
     ],
