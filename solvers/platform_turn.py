@@ -49,6 +49,7 @@ from solvers.platform_batch import (
 )
 from solvers.platform_bounds import position_bounds, read_bounds, settled, slack_excluded, solution_bounds
 from solvers.platform_branch import SECOND, no_position, on_branch
+from solvers.platform_directions import centre_columns
 from solvers.platform_elimination import EMPTY, SMALLER, blank, solve_for_pivots
 from solvers.platform_polynomials import (
     BLOCK,
@@ -66,7 +67,6 @@ from solvers.platform_polynomials import (
 )
 from solvers.platform_statics import (
     balance_free,
-    centre_columns,
     covers,
     limit_tensions,
     statics_equations,
@@ -139,7 +139,7 @@ def newton(
     if n < MOST_TAUT:
         centre_columns(F, W, n)
         limited = limit_tensions(F, W, n, rank, S)
-        limited = limited * statics_equations(F, W, n, equations, rank, S)
+        statics_equations(F, W, n, equations, rank, S)
         for e in range(6 - n):
             blank(F, EQUATION + lengths + e, limited, S)
         equations += 6 - n
