@@ -1,8 +1,8 @@
 """Directions y in R^6 at the centres of cells: the dual basis of the wrenches, and a basis across them.
 
 All of it is plain floating point; whatever y is, the forms y . w over the cell decide what it proves. The
-wrenches are orthogonalised (Gram-Schmidt, twice), not squared into a Gram matrix: between two poses at a distance d
-near a fold the load comes within d^2 of the wrenches' span, and y is as large as 1 / d^2.
+wrenches are orthogonalised (Gram-Schmidt, twice), not squared into a Gram matrix: between two poses near a
+fold, at a distance d, the load comes within d^2 of the wrenches' span, and y is as large as 1 / d^2.
 """
 
 from __future__ import annotations
@@ -158,9 +158,26 @@ def choose_slopes(F: Forms, W: LaneArray, n: int, m: int, S: Symbols) -> None:
                 store(W, slope, k, load(W, slope, k) + s * load(W, DUAL + i, k))
 
 
+@kernel(types.void(array3, INT))
+def tensions_of_load(W: LaneArray, n: int) -> None:
+    """Write the tensions of the normalised wrenches to W[SOME_TENSION], from the duals of n wrenches and load.
+
+    Those duals are across the load, but its coordinates are known.
+    """
+    for last in range(n):
+        i = n - 1 - last
+        s = -load(W, DUAL + n, STEP + i)
+        for j in range(i + 1, n):
+            s -= load(W, DUAL + j, STEP + i) * load(W, SOME_TENSION, j)
+        store(W, SOME_TENSION, i, s * load(W, DUAL + i, INVERSE))
+
+
 @kernel(types.void(array3, INT, types.boolean))
 def centre_tensions(W: LaneArray, n: int, true_scale: bool) -> None:
-    """Write the centre's tensions t of least error to W[SOME_TENSION], else those of normalised wrenches."""
+    """Write the centre's tensions t of least error to W[SOME_TENSION], from the duals of the n wrenches.
+
+    Without ``true_scale`` those of the normalised wrenches.
+    """
     for i in range(n):
         s = splat(0.0)
         for k in range(6):

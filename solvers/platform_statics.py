@@ -50,6 +50,7 @@ from solvers.platform_directions import (
     choose_y,
     complete_basis,
     dual_columns,
+    tensions_of_load,
     wrench_of,
 )
 from solvers.platform_elimination import reduce_row
@@ -112,11 +113,11 @@ def all_positive(F: Forms, W: LaneArray, n: int, m: int, moving: bool, rank: int
 
 @kernel(types.void(array3, INT))
 def balance_right_sides(W: LaneArray, n: int) -> None:
-    """Change right sides r > 0 to ones that some y attains, where the load depends on the wrenches.
+    """Change right sides r > 0 where the load nearly depends on the wrenches, so that a small y attains them.
 
-    lambda is their dependency: lambda . r = 0 is needed. Where its entries have one sign the centre has an
-    equilibrium with positive tensions and no y exists. The tensions t of ``centre_tensions`` are
-    lambda over its last entry. Other lanes keep their right sides.
+    With lambda their dependency, that is where lambda . r = 0. The tensions t of the centre are
+    lambda over its last entry. Where all entries have one sign (the centre nearly has an equilibrium with
+    positive tensions), and where that would leave smaller forms than a large y does, r stays as it is.
     """
     positive = load(W, COLUMNS + n, RIGHT)
     negative = splat(0.0)
@@ -124,10 +125,16 @@ def balance_right_sides(W: LaneArray, n: int) -> None:
         x = load(W, SOME_TENSION, i) * load(W, COLUMNS + i, RIGHT)
         positive += where_less(0.0, x, x, 0.0)
         negative -= where_less(x, 0.0, x, 0.0)
+    share = negative / positive
+    # A large y is as large as the inverse of the load's remainder, 0 where there is none.
+    inverse = load(W, DUAL + n, INVERSE)
+    better = where_less(0.0, inverse, share * inverse, 2.0)
     for i in range(n):
         right = load(W, COLUMNS + i, RIGHT)
-        balanced = where_less(0.0, load(W, SOME_TENSION, i), right * (negative / positive), right)
-        store(W, COLUMNS + i, RIGHT, where_less(0.0, load(W, DUAL + n, INVERSE), right, balanced))
+        balanced = where_less(0.0, load(W, SOME_TENSION, i), right * share, right)
+        store(W, COLUMNS + i, RIGHT, where_less(1.0, better, balanced, right))
+    right = load(W, COLUMNS + n, RIGHT)
+    store(W, COLUMNS + n, RIGHT, where_less(1.0, better, right * share, right))
 
 
 @kernel(signatures(lanes, array3, INT, lanes))
@@ -159,18 +166,14 @@ def balance_free(F: Forms, W: LaneArray, n: int, rank: int, needed: Lanes, S: Sy
     if n == MOST_TAUT:
         return balance_free_of_six(F, W, rank, needed, S)
     dual_columns(W, n + 1)
-    # In a family the lengths alone may fix the pose, as six cables do.
-    independent = covers(W, load(W, DUAL + n, INVERSE), needed)
-    if not independent:
-        centre_tensions(W, n, False)
-        balance_right_sides(W, n)
+    tensions_of_load(W, n)
+    balance_right_sides(W, n)
     choose_y(W, n + 1)
     free = all_positive(F, W, n, n + 1, False, rank, S)
     for _ in range(2):
         if covers(W, free, needed):
             break
-        if not independent:
-            balance_right_sides(W, n)
+        balance_right_sides(W, n)
         choose_y(W, n + 1)
         choose_slopes(F, W, n, n + 1, S)
         free = maximum(all_positive(F, W, n, n + 1, True, rank, S), free)
