@@ -160,7 +160,7 @@ def choose_slopes(F: Forms, W: LaneArray, n: int, m: int, S: Symbols) -> None:
 
 @kernel(types.void(array3, INT))
 def tensions_of_load(W: LaneArray, n: int) -> None:
-    """Write the tensions of the normalised wrenches to W[SOME_TENSION], from the duals of n wrenches and load.
+    """Write the tensions of normalised wrenches to W[SOME_TENSION], from the duals of wrenches and load.
 
     Those duals are across the load, but its coordinates are known.
     """

@@ -172,6 +172,7 @@ class Run:
             subset.solve()
         else:
             put_together(subset, reduced, parts)
+        reduced = reduced.in_metres(subset)
         if self.options.record is not None:
             self.options.record.keep(taut, reduced, subset)
         found.cells += subset.cells
