@@ -25,6 +25,7 @@ from solvers.platform_batch import (
     OPEN,
     SMALL,
     UNBALANCED,
+    UNLOADED,
     WIDE,
     contract_open,
     copy_cell,
@@ -60,6 +61,7 @@ from solvers.platform_polynomials import (
     wrench_rows,
 )
 from solvers.platform_statics import balance_free, covers, limit_tensions, statics_equations
+from solvers.platform_unloaded import unloaded
 
 P_CHART, P_SHARE = 12, 13
 P_WIDTH = 14
@@ -255,6 +257,8 @@ def exclude(F: Forms, W: LaneArray, model: Any, C: LaneArray, states: Any, S: Sy
     if covers(W, splat(-1.0), needed):
         return 0
     wrench_rows(F, model, S)
+    if model.hanging and not mark(W, unloaded(F, W, model, rank, S), states, UNLOADED):
+        return 0
     if model.statics:
         centre_columns(F, W, n)
         if not mark(W, balance_free(F, W, n, rank, needed, S), states, UNBALANCED):

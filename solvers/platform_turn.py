@@ -37,6 +37,7 @@ from solvers.platform_batch import (
     OPEN,
     SMALL,
     UNBALANCED,
+    UNLOADED,
     WIDE,
     contract_open,
     copy_cell,
@@ -71,6 +72,7 @@ from solvers.platform_statics import (
     limit_tensions,
     statics_equations,
 )
+from solvers.platform_unloaded import unloaded
 
 CHART, BRANCH, SHARE = 6, 7, 8
 WIDTH = 9
@@ -198,6 +200,8 @@ def exclude(F: Forms, W: LaneArray, model: Any, C: LaneArray, states: Any, S: Sy
             return 0, 0
     rank = solve_for_pivots(F, W, 0, lengths, U_SYMBOLS, S)
     wrench_rows(F, model, S)
+    if model.hanging and not mark(W, unloaded(F, W, model, rank, S), states, UNLOADED):
+        return 0, 0
     if model.statics:
         centre_columns(F, W, n)
         if not mark(W, balance_free(F, W, n, rank, open_lanes(W, states), S), states, UNBALANCED):

@@ -12,6 +12,7 @@ from solvers import balls
 from solvers.platform_clusters import anywhere, clusters
 from solvers.platform_families import Classification, Kind
 from solvers.platform_frame import Pose, lies_in, pose_of
+from solvers.platform_hanging import hangs_by_centre
 from solvers.platform_merge import absorb, distinct, is_open, shared
 from solvers.platform_parts import put_together
 from solvers.platform_point import point_solution, poses_at
@@ -212,6 +213,9 @@ class Run:
                 found.undecided.append(undecided_pose(self.problem, taut, pose, reason))
                 return
             pose = solved
+        if not self.options.ignore_tension_sign and hangs_by_centre(self.problem, taut, pose):
+            # A pose of the smaller subset, in its family of all rotations.
+            return
         axes = axes_of(self.problem, taut, kind, pose)
         if not axes:
             solution = pose_solution(self.problem, self.options, taut, pose)
