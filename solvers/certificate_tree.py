@@ -86,6 +86,9 @@ class Recorder:
                 continue
             start = Cell(chart, tuple((0.0, 0.0) if k in frozen else (-1.0, 1.0) for k in range(3)))
             nodes = self.nodes(start) if whole else [leaf(Node.PENDING)]
+            if self.model.hanging:
+                # The format has no leaf for poses that belong to a smaller subset, and these form continua.
+                nodes = [leaf(Node.UNDECIDED)]
             trees.append(base64.b64encode(b"".join(nodes)).decode("ascii"))
         return {
             "order": list(self.search.order),

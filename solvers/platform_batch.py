@@ -26,9 +26,10 @@ OPEN = STUCK
 """State of a lane about which nothing is known yet; others are EMPTY and SMALLER (its own child)."""
 WIDE = 5
 """State of a lane too wide to be contracted."""
-NO_POSITION, NO_LENGTH, NOT_SLACK, UNBALANCED, SETTLED = range(16, 21)
+NO_POSITION, NO_LENGTH, NOT_SLACK, UNBALANCED, SETTLED, UNLOADED = range(16, 22)
 """States of lanes proved empty, by reason: the triple's spheres have no common point, a taut cable's length
-cannot hold, another cable would be too long, no tensions balance the load, all is in one root's box."""
+cannot hold, another cable would be too long, no tensions balance the load, all is in one root's box, only
+cables at the centre of mass have tension (these poses are a smaller subset's)."""
 
 
 @kernel()

@@ -250,8 +250,15 @@ def contract(F: Forms, W: LaneArray, C: LaneArray, count: int, variables: int, S
 
     Symbol k < ``variables`` stands for the variable with bounds in columns 2 k, 2 k + 1 of the cells. With g
     the rows' centres, A their slopes, N their remaining terms and C a float left inverse of A,
-    eps = -C g - (C A - I) eps - C N bounds every symbol.
+    eps = -C g - (C A - I) eps - C N bounds every symbol. A row that cannot vanish empties its cell: near a
+    fold its slopes are small and it would get no weight.
     """
+    for e in range(count):
+        below, above = bounds(F, EQUATION + e, S)
+        store(W, WEIGHTS, 22, where_less(0.0, below, 1.0, where_less(above, 0.0, splat(1.0), 0.0)))
+        for lane in range(LANES):
+            if W[WEIGHTS, 22, lane] > 0.0:
+                W[VERDICTS, 0, lane] = EMPTY
     for k in range(variables):
         for m in range(variables):
             store(W, k, m, 0.0)

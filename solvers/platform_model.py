@@ -63,6 +63,9 @@ class Model(NamedTuple):
     """The problem is reduced to the plane y = 0 (two cables)."""
     statics: bool
     """Cells without an equilibrium of non-negative tensions are excluded."""
+    hanging: bool
+    """Some taut cables end at the centre of mass, the pivot among them, and at most three do not: cells where
+    only the former can have tension are excluded."""
     slack: bool
     """Cells where a cable outside the subset would be too long are excluded."""
     anchors: Floats
@@ -174,6 +177,20 @@ def triples_by_spread(anchors: Floats, points: Floats, n: int, most: int = 4) ->
     return np.array([order for _, order in scored[:most]], dtype=np.int64)
 
 
+def central_first(orders: Ints, central: list[int]) -> Ints:
+    """Return the orders with a cable at the centre of mass in front, where there is one.
+
+    Moments are then about the centre of mass. A triple that has such a cable is only turned.
+    """
+    if not central:
+        return orders
+    turned = []
+    for order in orders.tolist():
+        first = next(i for i in order if i in central)
+        turned.append([first, *(i for i in order if i != first)])
+    return np.array(turned, dtype=np.int64)
+
+
 def build_model(
     anchors: list[RangeVector],
     points: list[RangeVector],
@@ -201,10 +218,12 @@ def build_model(
     squares = [Range(r.lo**2, r.hi**2) for r in lengths]
     l_sq, l_sq_err = split(squares)
     f, f_err = split(list(load))
+    central = [i for i in range(n_taut) if all(r.lo == r.hi == 0 for r in points[i])]
     return Model(
         n_taut=n_taut,
         planar=planar,
         statics=statics,
+        hanging=statics and 1 <= n_taut - len(central) <= 3 and len(central) > 0,
         slack=slack,
         anchors=a,
         anchors_err=a_err,
@@ -222,5 +241,5 @@ def build_model(
         load=f,
         load_err=f_err,
         size=platform_size(b[:n_taut]),
-        orders=triples_by_spread(a, b, n_taut),
+        orders=central_first(triples_by_spread(a, b, n_taut), central),
     )

@@ -25,6 +25,7 @@ from solvers.platform_batch import (
     OPEN,
     SMALL,
     UNBALANCED,
+    UNLOADED,
     WIDE,
     contract_open,
     copy_cell,
@@ -35,6 +36,7 @@ from solvers.platform_batch import (
     open_lanes,
 )
 from solvers.platform_bounds import position_bounds, read_bounds, settled, slack_excluded, solution_bounds
+from solvers.platform_directions import centre_columns
 from solvers.platform_elimination import (
     EMPTY,
     SMALLER,
@@ -58,7 +60,8 @@ from solvers.platform_polynomials import (
     triple_rows,
     wrench_rows,
 )
-from solvers.platform_statics import balance_free, centre_columns, covers, limit_tensions, statics_equations
+from solvers.platform_statics import balance_free, covers, limit_tensions, statics_equations
+from solvers.platform_unloaded import unloaded
 
 P_CHART, P_SHARE = 12, 13
 P_WIDTH = 14
@@ -194,7 +197,7 @@ def newton(F: Forms, W: LaneArray, model: Any, C: LaneArray, rank: int, states: 
         centre_columns(F, W, n)
         limited = limit_tensions(F, W, n, rank, S)
         # The pivots stay in the equations: the contraction solves for all variables at once.
-        limited = limited * statics_equations(F, W, n, equations, 0, S)
+        statics_equations(F, W, n, equations, 0, S)
         for e in range(6 - n):
             blank(F, EQUATION + n + e, limited, S)
         equations += 6 - n
@@ -254,6 +257,8 @@ def exclude(F: Forms, W: LaneArray, model: Any, C: LaneArray, states: Any, S: Sy
     if covers(W, splat(-1.0), needed):
         return 0
     wrench_rows(F, model, S)
+    if model.hanging and not mark(W, unloaded(F, W, model, rank, S), states, UNLOADED):
+        return 0
     if model.statics:
         centre_columns(F, W, n)
         if not mark(W, balance_free(F, W, n, rank, needed, S), states, UNBALANCED):

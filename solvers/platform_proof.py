@@ -170,14 +170,22 @@ def sides_around(box: Any, frozen: Any, reach: float, cell: Any) -> None:
         cell[2 * k + 1] = box[k, 1] + pad
 
 
-@njit("void(f8[:, ::1], f8[::1], f8[::1], i8[::1], f8[:, ::1])", cache=True, nogil=True)
-def widened(box: Any, lo: Any, hi: Any, free: Any, out: Any) -> None:
-    """Write the hull of a proved box and an enclosure, with a margin, in the free unknowns."""
+@njit("void(f8[:, ::1], f8[::1], f8[::1], i8[::1], f8, f8, f8[:, ::1])", cache=True, nogil=True)
+def widened(box: Any, lo: Any, hi: Any, free: Any, reach: float, size: float, out: Any) -> None:
+    """Write the hull of a proved box and an enclosure, with a margin, in the free unknowns.
+
+    The margin is at least a share of what ``reach`` in u moves the platform (of this size) and the tensions:
+    near a fold the poses hardly differ in height, and a box that flat would hold no cell.
+    """
     copy(box, out)
+    most = 0.0
+    for k in range(6, lo.shape[0]):
+        most = max(most, abs(lo[k]), abs(hi[k]))
     for i in range(free.shape[0]):
         k = free[i]
         low, high = min(lo[k], box[k, 0]), max(hi[k], box[k, 1])
-        grow = MARGIN * (high - low)
+        scale = 1.0 if k < 3 else (size if k < 6 else most)
+        grow = MARGIN * max(high - low, reach * scale)
         out[k, 0] = low - grow
         out[k, 1] = high + grow
 
@@ -318,7 +326,7 @@ def find_roots(
                 )
             growth = math.inf
             if bounded:
-                widened(box, lo, hi, free, trial)
+                widened(box, lo, hi, free, reach, model.size, trial)
                 growth = newton.growth(data, rows, free, C, trial)
             if growth < 1.0:
                 proved = halving

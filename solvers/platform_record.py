@@ -12,8 +12,8 @@ from cdpr_interval.kernels.second_order import Forms, Symbols, bounds
 from solvers import platform_pose as pose
 from solvers import platform_turn as turn
 from solvers.platform_batch import OPEN
+from solvers.platform_directions import Y
 from solvers.platform_polynomials import POSITION
-from solvers.platform_statics import Y
 
 PLACE = 52
 """Row of W that passes the bounds of x."""

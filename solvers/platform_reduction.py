@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import lru_cache
 
@@ -17,6 +17,8 @@ from solvers.platform_frame import Frame, upward
 from solvers.platform_model import Model, Range, RangeVector, build_model
 from solvers.platform_prepared import Lengths, Prepared, kind_of
 from solvers.platform_roots import ABOUT_ROD, ABOUT_VERTICAL, GENERAL, GEOMETRY, PLANAR, Reduction
+from solvers.platform_subset import SubsetSearch
+from solvers.platform_units import METRES, Units, cells_in_metres, in_units, root_in_metres, units_of
 from solvers.problem import Options, Problem
 
 TEMPLATES = 512
@@ -30,6 +32,18 @@ class Reduced:
     frame: Frame
     model: Model
     reduction: Reduction
+    units: Units = METRES
+    """Of the model."""
+
+    def in_metres(self, search: SubsetSearch) -> Reduced:
+        """Bring what a search of the model found to m and N; return the model in these."""
+        if not self.units:
+            return self
+        search.roots = [root_in_metres(root, self.units) for root in search.roots]
+        search.undecided_position = cells_in_metres(search.undecided_position, self.units)
+        model = in_units(self.model, self.units.inverse)
+        assert model is not None  # it came from there
+        return replace(self, model=model, units=METRES)
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,16 +53,20 @@ class Template:
     cables: NDArray[np.int64]
     """The model's cables: the taut ones, then those whose slackness is looked at."""
     reduced: Reduced
-    """Its model has lengths of 1."""
+    """Its model has lengths of 1 and is in m and N; its units are those to search in."""
 
     def with_lengths(self, lengths: Lengths) -> Reduced:
-        """Return the search for these lengths."""
+        """Return the search for these lengths, in units near the platform's size where that is exact."""
         model = self.reduced.model._replace(
             lengths=lengths.bounds[self.cables],
             lengths_sq=lengths.squares[self.cables],
             lengths_sq_err=lengths.squares_err[self.cables],
         )
-        return Reduced(self.reduced.frame, model, self.reduced.reduction)
+        units = self.reduced.units
+        moved = in_units(model, units) if units else None
+        if moved is None:
+            return Reduced(self.reduced.frame, model, self.reduced.reduction)
+        return Reduced(self.reduced.frame, moved, self.reduced.reduction, units)
 
 
 def reduced_problems(
@@ -72,7 +90,7 @@ def templates(robot: Prepared, taut: tuple[int, ...], statics: bool, slack: bool
             found = plane_problems(problem, taut, kind, others, slack)
         else:
             found = [space_problem(problem, taut, kind, others, statics, slack)]
-    return tuple(Template(cables, reduced) for reduced in found)
+    return tuple(Template(cables, replace(r, units=units_of(r.model))) for r in found)
 
 
 def unit_lengths(count: int) -> list[Range]:

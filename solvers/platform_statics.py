@@ -11,7 +11,6 @@ import math
 
 from numba import types
 
-from cdpr_interval.kernels.dense import solve_definite
 from cdpr_interval.kernels.kernel import kernel
 from cdpr_interval.kernels.lanes import (
     LANES,
@@ -20,7 +19,6 @@ from cdpr_interval.kernels.lanes import (
     array3,
     lanes,
     load,
-    root,
     splat,
     store,
     where_less,
@@ -37,37 +35,37 @@ from cdpr_interval.kernels.second_order import (
     signatures,
     widen,
 )
+from solvers.platform_directions import (
+    BASIS,
+    COLUMNS,
+    DUAL,
+    INVERSE,
+    NORM,
+    RIGHT,
+    SOME_TENSION,
+    Y,
+    centre_columns,
+    centre_tensions,
+    choose_slopes,
+    choose_y,
+    complete_basis,
+    dual_columns,
+    tensions_of_load,
+    wrench_of,
+)
 from solvers.platform_elimination import reduce_row
 from solvers.platform_nearest import nearest_point
 from solvers.platform_polynomials import EQUATION, LOAD, MOST_TAUT, SCRATCH, WRENCH
 
 INT = types.int64
 
-COLUMNS = 8
-"""First of seven rows of W: wrenches at the centre, normalised (0..5), their norms (6), right sides (7)."""
-NORM, RIGHT = 6, 7
-Y = 15
-"""Row of W with y; the six rows behind it hold its slopes."""
 MOST_TENSION = 22
 """Row of W with upper bounds of t_i = tension_i / l_i."""
-SOME_TENSION = 23
-"""Row of W with approximate t_i."""
-BASIS = 24
-"""First of six rows of W: an orthonormal basis that starts with the wrenches' span."""
-INVERSE = 38
-"""First of seven rows of W: the inverse of the columns' Gram matrix."""
-RIDGE = 1e-12
-"""Added to the Gram matrix's diagonal: a useless y only costs a bisection."""
-DEPENDENT = 1e4
-"""Diagonal entry of the inverse Gram matrix of normalised columns from which on they count as dependent."""
+LOOSE = 100.0
+"""Inverse of what is left of a normalised column after those before it, from which on y is tried as the
+nearest point: no y of moderate size has prescribed products with all columns."""
 FLOOR = 1e-3
 """Least right side of a form relative to the largest: the load's form hardly varies, yet must be positive."""
-
-
-@kernel()
-def wrench_of(i: int, n: int) -> int:
-    """Return the first row of wrench i; i = n is the load."""
-    return LOAD if i == n else WRENCH + 6 * i
 
 
 @kernel(lanes(lanes, lanes))
@@ -84,76 +82,6 @@ def covers(W: LaneArray, flags: Lanes, needed: Lanes) -> bool:
     for lane in range(LANES):
         result = result and W[COLUMNS, RIGHT + 1, lane] > 0.0
     return result
-
-
-@kernel(types.void(array3, array3, INT))
-def centre_columns(F: Forms, W: LaneArray, n: int) -> None:
-    """Write the normalised wrenches of the centre, their norms, and right sides 1.
-
-    Where a wrench vanishes the columns are NaN, and nothing can be proved with them.
-    """
-    for i in range(n + 1):
-        row = wrench_of(i, n)
-        total = splat(0.0)
-        for k in range(6):
-            x = load(F, row + k, 0)
-            total += x * x
-        norm = root(total)
-        store(W, COLUMNS + i, NORM, norm)
-        store(W, COLUMNS + i, RIGHT, 1.0)
-        for k in range(6):
-            store(W, COLUMNS + i, k, load(F, row + k, 0) / norm)
-
-
-@kernel(types.void(array3, INT, types.float64))
-def invert_gram(W: LaneArray, m: int, ridge: float) -> None:
-    """Write the inverse of the first m columns' Gram matrix to W[INVERSE..]; NaN where it is singular."""
-    for i in range(m):
-        for j in range(m):
-            s = splat(ridge if i == j else 0.0)
-            for k in range(6):
-                s += load(W, COLUMNS + i, k) * load(W, COLUMNS + j, k)
-            store(W, i, j, s)
-            store(W, i, m + j, 1.0 if i == j else 0.0)
-    solve_definite(W, m, m)
-    for i in range(m):
-        for j in range(m):
-            store(W, INVERSE + i, j, load(W, i, m + j))
-
-
-@kernel(types.void(array3, INT))
-def choose_y(W: LaneArray, m: int) -> None:
-    """Write the least-norm y with y . column_i = right side i, i < m."""
-    for k in range(6):
-        store(W, Y, k, 0.0)
-    for i in range(m):
-        s = splat(0.0)
-        for j in range(m):
-            s += load(W, INVERSE + i, j) * load(W, COLUMNS + j, RIGHT)
-        for k in range(6):
-            store(W, Y, k, load(W, Y, k) + s * load(W, COLUMNS + i, k))
-
-
-@kernel(signatures(types.void, array3, INT, INT))
-def choose_slopes(F: Forms, W: LaneArray, n: int, m: int, S: Symbols) -> None:
-    """Write slopes of y that cancel the slopes of y . w_i, i < m (i = n is the load)."""
-    K = len(S)
-    for symbol in range(K):
-        slope = Y + 1 + symbol
-        for k in range(6):
-            store(W, slope, k, 0.0)
-        for i in range(m):
-            row = wrench_of(i, n)
-            s = splat(0.0)
-            for k in range(6):
-                s -= load(W, Y, k) * load(F, row + k, 1 + symbol)
-            store(W, 0, i, s / load(W, COLUMNS + i, NORM))
-        for i in range(m):
-            s = splat(0.0)
-            for j in range(m):
-                s += load(W, INVERSE + i, j) * load(W, 0, j)
-            for k in range(6):
-                store(W, slope, k, load(W, slope, k) + s * load(W, COLUMNS + i, k))
 
 
 @kernel(signatures(types.UniTuple(lanes, 2), array3, INT, types.boolean, INT))
@@ -187,43 +115,42 @@ def all_positive(F: Forms, W: LaneArray, n: int, m: int, moving: bool, rank: int
     return positive
 
 
-@kernel(types.void(array3, INT, types.boolean))
-def centre_tensions(W: LaneArray, n: int, true_scale: bool) -> None:
-    """Write the centre's tensions t of least error to W[SOME_TENSION], else those of normalised wrenches."""
+@kernel(types.void(array3, INT))
+def balance_right_sides(W: LaneArray, n: int) -> None:
+    """Change right sides r > 0 where the load nearly depends on the wrenches, so that a small y attains them.
+
+    With lambda their dependency, that is where lambda . r = 0. The tensions t of the centre are
+    lambda over its last entry. Where all entries have one sign (the centre nearly has an equilibrium with
+    positive tensions), and where that would leave smaller forms than a large y does, r stays as it is.
+    """
+    positive = load(W, COLUMNS + n, RIGHT)
+    negative = splat(0.0)
     for i in range(n):
-        s = splat(0.0)
-        for j in range(n):
-            d = splat(0.0)
-            for k in range(6):
-                d += load(W, COLUMNS + j, k) * load(W, COLUMNS + n, k)
-            s -= load(W, INVERSE + i, j) * d
-        if true_scale:
-            s = s * (load(W, COLUMNS + n, NORM) / load(W, COLUMNS + i, NORM))
-        store(W, SOME_TENSION, i, s)
+        x = load(W, SOME_TENSION, i) * load(W, COLUMNS + i, RIGHT)
+        positive += where_less(0.0, x, x, 0.0)
+        negative -= where_less(x, 0.0, x, 0.0)
+    share = negative / positive
+    # A large y is as large as the inverse of the load's remainder, 0 where there is none.
+    inverse = load(W, DUAL + n, INVERSE)
+    better = where_less(0.0, inverse, share * inverse, 2.0)
+    for i in range(n):
+        right = load(W, COLUMNS + i, RIGHT)
+        balanced = where_less(0.0, load(W, SOME_TENSION, i), right * share, right)
+        store(W, COLUMNS + i, RIGHT, where_less(1.0, better, balanced, right))
+    right = load(W, COLUMNS + n, RIGHT)
+    store(W, COLUMNS + n, RIGHT, where_less(1.0, better, right * share, right))
 
 
 @kernel(signatures(lanes, array3, INT, lanes))
 def balance_free_of_six(F: Forms, W: LaneArray, rank: int, needed: Lanes, S: Symbols) -> Lanes:
-    """Six cables: seven forms in six unknowns; right sides r > 0 must satisfy lambda . r = 0.
-
-    lambda is the kernel of the seven wrenches. Where its entries have one sign the centre has an
-    equilibrium with positive tensions and no y exists.
-    """
+    """Six cables: seven forms in six unknowns, so the load depends on the wrenches."""
     n = MOST_TAUT
-    invert_gram(W, n, 0.0)
+    dual_columns(W, n)
+    store(W, DUAL + n, INVERSE, 0.0)
     centre_tensions(W, n, False)
     free = splat(0.0)
     for _ in range(2):
-        positive = load(W, COLUMNS + n, RIGHT)
-        negative = splat(0.0)
-        for i in range(n):
-            x = load(W, SOME_TENSION, i) * load(W, COLUMNS + i, RIGHT)
-            positive += where_less(0.0, x, x, 0.0)
-            negative -= where_less(x, 0.0, x, 0.0)
-        for i in range(n):
-            right = load(W, COLUMNS + i, RIGHT)
-            balanced = where_less(0.0, load(W, SOME_TENSION, i), right * (negative / positive), right)
-            store(W, COLUMNS + i, RIGHT, balanced)
+        balance_right_sides(W, n)
         choose_y(W, n)
         free = maximum(all_positive(F, W, n, n + 1, False, rank, S), free)
         if covers(W, free, needed):
@@ -237,18 +164,16 @@ def balance_free_of_dependent(
 ) -> Lanes:
     """Test the lanes left once more, with the nearest point as y, where the columns are nearly dependent."""
     store(W, COLUMNS, RIGHT + 1, where_less(0.0, needed, where_less(0.0, free, splat(0.0), 1.0), 0.0))
-    any_left = False
+    is_any_left = False
     for lane in range(LANES):
-        left = W[COLUMNS, RIGHT + 1, lane] > 0.0
-        if left:
-            most = 0.0
-            for i in range(n + 1):
-                most = max(most, W[INVERSE + i, i, lane])
-            left = not most < DEPENDENT
-        if left:
+        is_loose = False
+        for i in range(n + 1):
+            inverse = W[DUAL + i, INVERSE, lane]
+            is_loose = is_loose or not 0.0 < inverse < LOOSE
+        if is_loose and W[COLUMNS, RIGHT + 1, lane] > 0.0:
             nearest_point(W, COLUMNS, Y, lane, n + 1)
-            any_left = True
-    if not any_left:
+            is_any_left = True
+    if not is_any_left:
         return splat(0.0)
     return all_positive(F, W, n, n + 1, False, rank, S)
 
@@ -264,12 +189,15 @@ def balance_free(F: Forms, W: LaneArray, n: int, rank: int, needed: Lanes, S: Sy
     """
     if n == MOST_TAUT:
         return balance_free_of_six(F, W, rank, needed, S)
-    invert_gram(W, n + 1, RIDGE)
+    dual_columns(W, n + 1)
+    tensions_of_load(W, n)
+    balance_right_sides(W, n)
     choose_y(W, n + 1)
     free = all_positive(F, W, n, n + 1, False, rank, S)
     for _ in range(2):
         if covers(W, free, needed):
             break
+        balance_right_sides(W, n)
         choose_y(W, n + 1)
         choose_slopes(F, W, n, n + 1, S)
         free = maximum(all_positive(F, W, n, n + 1, True, rank, S), free)
@@ -288,16 +216,16 @@ def limit_tensions(F: Forms, W: LaneArray, n: int, rank: int, S: Symbols) -> Lan
     """
     for i in range(n):
         store(W, COLUMNS + i, RIGHT, 1.0)
-    invert_gram(W, n, 0.0)
+    dual_columns(W, n)
     choose_y(W, n)
     limited = all_positive(F, W, n, n, False, rank, S)
     if not covers(W, limited, splat(1.0)):
         # Lanes that have their y keep it.
         for k in range(6):
-            store(W, BASIS, k, load(W, Y, k))
+            store(W, Y + 1, k, load(W, Y, k))
         choose_y(W, n)
         for k in range(6):
-            store(W, Y, k, where_less(0.0, limited, load(W, BASIS, k), load(W, Y, k)))
+            store(W, Y, k, where_less(0.0, limited, load(W, Y + 1, k), load(W, Y, k)))
         limited = all_positive(F, W, n, n, False, rank, S)
     lo, _ = weigh(F, W, LOAD, False, rank, S)
     centre_tensions(W, n, True)
@@ -310,59 +238,14 @@ def limit_tensions(F: Forms, W: LaneArray, n: int, rank: int, S: Symbols) -> Lan
     return limited
 
 
-@kernel(lanes(array3, INT))
-def orthogonalise(W: LaneArray, count: int) -> Lanes:
-    """Make row BASIS + count (of norm 1) orthonormal to the rows before it; 0 where nothing is left."""
-    row = BASIS + count
-    for _ in range(2):
-        for j in range(count):
-            s = splat(0.0)
-            for k in range(6):
-                s += load(W, row, k) * load(W, BASIS + j, k)
-            for k in range(6):
-                store(W, row, k, load(W, row, k) - s * load(W, BASIS + j, k))
-    left = splat(0.0)
-    for k in range(6):
-        left += load(W, row, k) * load(W, row, k)
-    norm = root(left)
-    for k in range(6):
-        store(W, row, k, load(W, row, k) / norm)
-    return where_less(1e-20, left, 1.0, 0.0)
-
-
-@kernel(lanes(array3, INT))
-def complete_basis(W: LaneArray, n: int) -> Lanes:
-    """Write an orthonormal basis of R^6 that starts with the columns' span; return 1 where that succeeds.
-
-    Gram-Schmidt on the columns, then on the unit vectors, largest remainder first.
-    """
-    good = splat(1.0)
-    for i in range(n):
-        for k in range(6):
-            store(W, BASIS + i, k, load(W, COLUMNS + i, k))
-        good = good * orthogonalise(W, i)
-    for count in range(n, 6):
-        best, chosen = splat(-1.0), splat(0.0)
-        for k in range(6):
-            left = splat(1.0)
-            for j in range(count):
-                left -= load(W, BASIS + j, k) * load(W, BASIS + j, k)
-            chosen = where_less(best, left, float(k), chosen)
-            best = where_less(best, left, left, best)
-        for k in range(6):
-            store(W, BASIS + count, k, where_less(abs(chosen - float(k)), 0.5, 1.0, 0.0))
-        good = good * orthogonalise(W, count)
-    return good
-
-
-@kernel(signatures(lanes, array3, INT, INT, INT))
-def statics_equations(F: Forms, W: LaneArray, n: int, first: int, rank: int, S: Symbols) -> Lanes:
-    """Write the 6 - n equations of statics that are free of tensions to first order; 1 where they hold.
+@kernel(signatures(types.void, array3, INT, INT, INT))
+def statics_equations(F: Forms, W: LaneArray, n: int, first: int, rank: int, S: Symbols) -> None:
+    """Write the 6 - n equations of statics that are free of tensions to first order.
 
     For y across the wrenches at the centre, with slopes that keep it so, y . w_0 + sum t_i y . w_i = 0
     at every equilibrium; y . w_i has no linear part, t_i lies in [0, MOST_TENSION]. Needs ``limit_tensions``.
     """
-    good = complete_basis(W, n)
+    complete_basis(W, n)
     for j in range(6 - n):
         out = EQUATION + first + j
         for k in range(6):
@@ -378,7 +261,6 @@ def statics_equations(F: Forms, W: LaneArray, n: int, first: int, rank: int, S: 
             error += spread * maximum(-lo, hi)
         widen(F, out, inflate_lanes(error, splat(0.0), 20.0), S)
         reduce_row(F, out, W, rank, S)
-    return good
 
 
 @kernel(signatures(lanes, array3, INT, INT))
@@ -393,14 +275,11 @@ def tension_bounds(F: Forms, W: LaneArray, n: int, out: int, S: Symbols) -> Lane
     tensions may then be unbounded or not unique.
     """
     centre_columns(F, W, n)
-    invert_gram(W, n, 0.0)
+    dual_columns(W, n)
     centre_tensions(W, n, True)
     for i in range(n):
         for k in range(6):
-            left = splat(0.0)
-            for j in range(n):
-                left += load(W, INVERSE + i, j) * load(W, COLUMNS + j, k)
-            store(W, BASIS + i, k, left / load(W, COLUMNS + i, NORM))
+            store(W, BASIS + i, k, load(W, DUAL + i, k) / load(W, COLUMNS + i, NORM))
     bounded = splat(1.0)
     worst = splat(0.0)
     most = splat(0.0)

@@ -37,6 +37,7 @@ from solvers.platform_batch import (
     OPEN,
     SMALL,
     UNBALANCED,
+    UNLOADED,
     WIDE,
     contract_open,
     copy_cell,
@@ -49,6 +50,7 @@ from solvers.platform_batch import (
 )
 from solvers.platform_bounds import position_bounds, read_bounds, settled, slack_excluded, solution_bounds
 from solvers.platform_branch import SECOND, no_position, on_branch
+from solvers.platform_directions import centre_columns
 from solvers.platform_elimination import EMPTY, SMALLER, blank, solve_for_pivots
 from solvers.platform_polynomials import (
     BLOCK,
@@ -66,11 +68,11 @@ from solvers.platform_polynomials import (
 )
 from solvers.platform_statics import (
     balance_free,
-    centre_columns,
     covers,
     limit_tensions,
     statics_equations,
 )
+from solvers.platform_unloaded import unloaded
 
 CHART, BRANCH, SHARE = 6, 7, 8
 WIDTH = 9
@@ -139,7 +141,7 @@ def newton(
     if n < MOST_TAUT:
         centre_columns(F, W, n)
         limited = limit_tensions(F, W, n, rank, S)
-        limited = limited * statics_equations(F, W, n, equations, rank, S)
+        statics_equations(F, W, n, equations, rank, S)
         for e in range(6 - n):
             blank(F, EQUATION + lengths + e, limited, S)
         equations += 6 - n
@@ -198,6 +200,8 @@ def exclude(F: Forms, W: LaneArray, model: Any, C: LaneArray, states: Any, S: Sy
             return 0, 0
     rank = solve_for_pivots(F, W, 0, lengths, U_SYMBOLS, S)
     wrench_rows(F, model, S)
+    if model.hanging and not mark(W, unloaded(F, W, model, rank, S), states, UNLOADED):
+        return 0, 0
     if model.statics:
         centre_columns(F, W, n)
         if not mark(W, balance_free(F, W, n, rank, open_lanes(W, states), S), states, UNBALANCED):

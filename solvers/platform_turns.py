@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from flint import arb, arb_mat
@@ -12,6 +12,7 @@ from solvers import balls
 from solvers.arcs import Arc, ArcEnd, Circle, circle, common_arcs
 from solvers.platform_families import Classification, Kind
 from solvers.platform_frame import Pose, upward
+from solvers.platform_hanging import slack_rotation
 from solvers.platform_solution import length_ball, pose_solution, turning
 from solvers.problem import Options, Problem
 from solvers.result import CableState, Family, Proof, Solution
@@ -183,7 +184,10 @@ def torus_solutions(
 def free_turning_solution(
     problem: Problem, options: Options, taut: tuple[int, ...], pose: Pose
 ) -> Solution | None:
-    """Return the family of all rotations about the centre of mass, at the identity rotation."""
+    """Return the family of all rotations about the centre of mass at which the other cables are slack.
+
+    It is listed at the identity, or where that leaves a cable too short at another rotation.
+    """
     states: dict[int, bool | None] = {}
     for j, cable in enumerate(problem.robot.cables):
         if j in taut:
@@ -192,10 +196,22 @@ def free_turning_solution(
         arm = balls.norm(balls.fractions(problem.anchors_from_centre[j]))
         length = length_ball(problem, j)
         states[j] = True if far + arm < length else False if abs(far - arm) > length else None
+    partly = [j for j, slack in states.items() if slack is None]
+    note = ""
+    if partly and not options.ignore_slack and all(slack is not False for slack in states.values()):
+        rotation = slack_rotation(problem, pose.centre, partly)
+        if rotation is False:
+            return None
+        if not isinstance(rotation, bool):
+            pose = replace(pose, rotation=rotation)
+            states.update(dict.fromkeys(partly, True))
+            names = ", ".join(problem.robot.cable_names[j] for j in partly)
+            verb = "is" if len(partly) == 1 else "are"
+            note = f"of all rotations those at which {names} {verb} slack, or just tight without tension"
     family = Family("all-rotations", None, None, np.zeros((0, 2, 2)))
     unit = balls.identity()
     motions = [balls.vector([0, 0, 0, *(unit[i, k] for i in range(3))]) for k in range(3)]
-    return pose_solution(
+    found = pose_solution(
         problem,
         options,
         taut,
@@ -205,6 +221,7 @@ def free_turning_solution(
         family_motions=motions,
         slack_everywhere=states,
     )
+    return found if found is None or not note else replace(found, note=note)
 
 
 def is_open(solution: Solution) -> bool:

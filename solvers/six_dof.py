@@ -13,6 +13,7 @@ from solvers import balls
 from solvers.platform_clusters import anywhere, clusters
 from solvers.platform_families import Classification, Kind
 from solvers.platform_frame import Pose, lies_in, pose_of
+from solvers.platform_hanging import hangs_by_centre
 from solvers.platform_merge import distinct, one_of_each_torus
 from solvers.platform_open import open_cables, settle
 from solvers.platform_parts import put_together
@@ -174,6 +175,7 @@ class Run:
             subset.solve()
         else:
             put_together(subset, reduced, parts)
+        reduced = reduced.in_metres(subset)
         if self.options.record is not None:
             self.options.record.keep(taut, reduced, subset)
         found.cells += subset.cells
@@ -216,6 +218,9 @@ class Run:
                 found.undecided.append(undecided_pose(self.problem, taut, pose, reason))
                 return
             pose = solved
+        if not self.options.ignore_tension_sign and hangs_by_centre(self.problem, taut, pose):
+            # A pose of the smaller subset, in its family of all rotations.
+            return
         axes = axes_of(self.problem, taut, kind, pose)
         if not axes:
             solution = pose_solution(self.problem, self.options, taut, pose)

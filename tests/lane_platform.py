@@ -65,11 +65,6 @@ def limit_tensions(F: Any, W: Any, n: int, rank: int, S: Any) -> Any:
 
 
 @njit
-def statics_equations(F: Any, W: Any, n: int, first: int, rank: int, S: Any) -> Any:
-    return put(statics.statics_equations(F, W, n, first, rank, S))
-
-
-@njit
 def tension_bounds(F: Any, W: Any, n: int, out: int, S: Any) -> Any:
     return put(statics.tension_bounds(F, W, n, out, S))
 

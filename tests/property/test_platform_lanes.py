@@ -600,6 +600,27 @@ def test_contraction_finds_that_equations_cannot_hold(S: Symbols) -> None:
 
 
 @every_size
+def test_an_equation_without_slopes_that_cannot_hold_empties_its_cell(S: Symbols) -> None:
+    """As between two poses near a fold: it would fix no variable."""
+    rng = random.Random(16)
+    variables = 3 if S == ROTATION_ONLY else 6
+    for _ in range(20):
+        system = System(rng, S, variables, 1)
+        F, W = system.F, system.W
+        away = rng.randrange(LANES)
+        for lane in range(LANES):
+            # Curved, and in one lane away from zero.
+            F[EQUATION, :, lane] = 0.0
+            F[EQUATION, 1 + len(S), lane] = 1e-7
+            F[EQUATION, 0, lane] = 1e-6 if lane == away else -0.5e-7
+        kernels.close(F, EQUATION, S)
+        elimination.contract(F, W, system.C, 1, variables, S)
+        for lane in range(LANES):
+            verdict = elimination.EMPTY if lane == away else elimination.STUCK
+            assert W[elimination.VERDICTS, 0, lane] == verdict
+
+
+@every_size
 def test_solved_rows_hold_zero_at_the_solution(S: Symbols) -> None:
     """Lane by lane, with other pivots and another number of them."""
     rng = random.Random(15)
