@@ -58,8 +58,12 @@ class Circle:
         if not (cosine > -1 and cosine < 1):
             return None
         half = cosine.acos()
-        phi = arb.atan2(self.gamma, self.beta)
-        return Arc(ArcEnd(phi - half, self.cable), ArcEnd(phi + half, self.cable))
+        # The side of atan2 without its cut: a ball across the cut would become a ball around a full turn.
+        behind = self.beta.mid() < 0
+        phi = arb.pi() + arb.atan2(-self.gamma, -self.beta) if behind else arb.atan2(self.gamma, self.beta)
+        start, end = phi - half, phi + half
+        # Bounds so wide that no angle is surely inside say nothing.
+        return Arc(ArcEnd(start, self.cable), ArcEnd(end, self.cable)) if start < end else None
 
 
 def circle(

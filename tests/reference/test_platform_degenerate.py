@@ -164,3 +164,15 @@ def test_a_rod_on_a_vertical_is_listed_once() -> None:
     result = forward_kinematics(parse_robot(text.encode()), ["2.1953", "2.7377"])
     assert result.outcome is Outcome.COMPLETE
     assert sum(s.family is not None and s.family.kind == "torus" for s in result.solutions) == 1
+
+
+def test_a_family_whose_slack_angles_lie_behind() -> None:
+    """Exits and platform points in one plane: the middle of the slack angles is exactly half a turn away."""
+    turning = robot(([0, 0, 3], [0, 0, 1]), ([1, 0, 3], [-1, 0, 1]))
+    result = forward_kinematics(turning, ["1", "1.5"])
+    assert result.outcome is Outcome.COMPLETE and result.verify(turning) == []
+    for pose in result.solutions:
+        if pose.taut == (0,):
+            assert pose.distances[1, 1] < 1.5
+            (start, end), *_ = pose.family.angle_ranges  # type: ignore[union-attr]
+            assert np.allclose(end.mean() - start.mean(), 2 * 1.186, atol=1e-2)
