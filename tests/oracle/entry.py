@@ -67,7 +67,9 @@ class Entry:
         rotation = np.array(self.document["rotation"]).mean(axis=-1)
         origin = np.array(self.document["position_m"]).mean(axis=-1)
         centre = np.array([float(c) for c in self.case.centre])
-        return fit_family(self.family, origin + rotation @ centre, rotation, pose)
+        width = float(np.ptp(self.document["rotation"], axis=-1).max())
+        width = max(width, float(np.ptp(self.document["position_m"], axis=-1).max()) / float(max(pose.distances)))
+        return fit_family(self.family, origin + rotation @ centre, rotation, width, pose)
 
     def misfit(self, pose: StaticPose) -> str | None:
         """Return why a pose is not one of this entry; None where it is, ``elsewhere`` for another place."""

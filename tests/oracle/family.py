@@ -48,12 +48,17 @@ def member(family: Any, centre: Any, rotation: Any, angles: tuple[float, ...]) -
     return centre, rotation
 
 
-def fit_family(family: Any, centre: Any, rotation: Any, pose: StaticPose) -> FamilyFit | None:
-    """Return the angles at which a family has a pose, or None."""
+def fit_family(family: Any, centre: Any, rotation: Any, width: float, pose: StaticPose) -> FamilyFit | None:
+    """Return the angles at which a family has a pose, or None.
+
+    ``centre`` and ``rotation`` are the middles of what is listed, ``width`` the width of these bounds,
+    relative like `TOLERANCE`.
+    """
     there, turned = pose.centre.astype(float), pose.rotation.astype(float)
     scale = float(max(pose.distances)) + float(np.linalg.norm(there - centre))
+    tolerance = TOLERANCE + 4.0 * width
     if family["kind"] == "all-rotations":
-        return FamilyFit((), "inside") if np.linalg.norm(there - centre) < TOLERANCE * scale else None
+        return FamilyFit((), "inside") if np.linalg.norm(there - centre) < tolerance * scale else None
     axes = axes_of(family)
     relative = turned @ rotation.T
     if len(axes) == 1:
@@ -63,7 +68,7 @@ def fit_family(family: Any, centre: Any, rotation: Any, pose: StaticPose) -> Fam
         first = _angle_between(outer, inner, relative @ inner)
         angles = (first, _angle(inner, turn(outer, -first) @ relative))
     p, r = member(family, centre, rotation, angles)
-    if np.abs(r - turned).max() > TOLERANCE or np.linalg.norm(p - there) > TOLERANCE * scale:
+    if np.abs(r - turned).max() > tolerance or np.linalg.norm(p - there) > tolerance * scale:
         return None
     return FamilyFit(angles, place(family, angles))
 
@@ -75,12 +80,12 @@ def place(family: Any, angles: tuple[float, ...]) -> str:
         # One full range an axis; anything else would be a range of pairs, which the format lacks.
         return "inside"
     best = "outside"
-    for (_, start), (end, _) in ranges:
+    for (before, start), (end, after) in ranges:
         for whole in (-2, -1, 0, 1, 2):
             angle = angles[0] + 2 * np.pi * whole
             if start + EDGE <= angle <= end - EDGE:
                 return "inside"
-            if start - EDGE <= angle <= end + EDGE:
+            if before - EDGE <= angle <= after + EDGE:
                 best = "edge"
     if ranges and sum(end - start for (_, start), (end, _) in ranges) > 2 * np.pi - EDGE:
         return "inside"

@@ -10,8 +10,8 @@ import numpy as np
 from .starts import rotation_of
 from .statics import DIGITS, Pose, System, jacobian, moved, number, residual
 
-SINGULAR = 1e-8
-"""A singular value below this share of the largest counts as zero: the solution is one of a continuum."""
+SINGULAR = (1e-8, 1e-12)
+"""A singular value below such a share of the largest may be zero: the solution is then one of a continuum."""
 GUARD = 10
 STEPS = 9
 
@@ -23,23 +23,30 @@ def refine(system: System, precise: System, pose: Pose, taut: Any) -> tuple[Pose
     continuum.
     """
     u, s, vt = np.linalg.svd(jacobian(system, pose, taut))
-    free = int((s < SINGULAR * s[0]).sum())
-    left, right = u[:, len(s) - free :], vt[len(s) - free :]
-    with mpmath.workdps(DIGITS + GUARD):
-        sharp = exact_start(pose, system.turns)
-        last = mpmath.mpf(1)
-        for _ in range(STEPS):
-            step = _bordered_step(precise, sharp, taut, left, right)
-            if step is None:
-                return None
-            size = max(abs(x) for x in step)
-            if size > 1e-2 or (size > last and size > 1e-30):
-                return None
-            sharp, last = moved(sharp, step[None], system.turns), size
-            if size < mpmath.mpf(10) ** (-DIGITS + 3):
-                off = max(abs(x) for x in residual(precise, sharp, taut)[0])
-                one = Pose(sharp.p[0], sharp.rotation[0], sharp.tensions[0])
-                return (one, free) if off < mpmath.mpf(10) ** (-DIGITS + 5) else None
+    # A nearly singular isolated solution looks like a continuum, but its bordered system has no solution.
+    for free in dict.fromkeys(int((s < share * s[0]).sum()) for share in SINGULAR):
+        left, right = u[:, len(s) - free :], vt[len(s) - free :]
+        with mpmath.workdps(DIGITS + GUARD):
+            sharp = _iterated(precise, exact_start(pose, system.turns), taut, left, right)
+        if sharp is not None:
+            return sharp, free
+    return None
+
+
+def _iterated(precise: System, pose: Pose, taut: Any, left: Any, right: Any) -> Pose | None:
+    last = mpmath.mpf(1)
+    for _ in range(STEPS):
+        step = _bordered_step(precise, pose, taut, left, right)
+        if step is None:
+            return None
+        size = max(abs(x) for x in step)
+        if size > 1e-2 or (size > last and size > 1e-30):
+            return None
+        pose, last = moved(pose, step[None], precise.turns), size
+        if size < mpmath.mpf(10) ** (-DIGITS + 3):
+            off = max(abs(x) for x in residual(precise, pose, taut)[0])
+            one = Pose(pose.p[0], pose.rotation[0], pose.tensions[0])
+            return one if off < mpmath.mpf(10) ** (-DIGITS + 5) else None
     return None
 
 

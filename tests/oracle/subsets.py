@@ -194,6 +194,9 @@ def _static(question: Question, subset: tuple[int, ...], sharp: Pose, free: int)
     signs = list(sharp.tensions) + ([] if case.ignore_slack else outside)
     if any(x < -ZERO or ZERO < x < CLEAR for x in signs):
         return None
+    if case.taut is not None and any(abs(x) < CLEAR for x in sharp.tensions):
+        # Not what was asked: a pose of a smaller subset at which this one is just tight.
+        return None
     tensions = np.array([number(0)] * system.count, dtype=object)
     tensions[list(subset)] = sharp.tensions
     unit_m, unit_N = number(system.unit_m), number(system.unit_N)
