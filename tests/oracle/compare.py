@@ -139,16 +139,14 @@ class Listing:
     def _confirmed(self, question: Question, entry: Entry) -> StaticPose | None:
         """Return the pose that Newton reaches from the nominal one and that lies in the entry."""
         for subset in entry.subsets():
-            start = entry.start(question.coarse, subset)
-            static = judge(question, subset, start)
-            if static is not None and entry.misfit(static) is None:
-                return static
-            batch = Pose(*(a[None] for a in (start.p, start.rotation, np.maximum(start.tensions, 1e-3))))
-            solved = solve(question.coarse, batch, np.array(subset))
-            if len(solved.p):
-                static = judge(question, subset, Pose(solved.p[0], solved.rotation[0], solved.tensions[0]))
-                if static is not None and entry.misfit(static) is None:
-                    return static
+            for start in entry.starts(question.coarse, subset):
+                batch = Pose(*(a[None] for a in (start.p, start.rotation, np.maximum(start.tensions, 1e-3))))
+                solved = solve(question.coarse, batch, np.array(subset))
+                for k in range(-1, len(solved.p)):
+                    near = start if k < 0 else Pose(solved.p[k], solved.rotation[k], solved.tensions[k])
+                    static = judge(question, subset, near)
+                    if static is not None and entry.misfit(static) is None:
+                        return static
         return None
 
     def _false_angles(self, question: Question, entry: Entry, rng: np.random.Generator) -> list[str]:

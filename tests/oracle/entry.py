@@ -10,7 +10,7 @@ from typing import Any
 import mpmath
 import numpy as np
 
-from .family import FamilyFit, fit_family
+from .family import FamilyFit, fit_family, member
 from .model import Case
 from .starts import rotation_of
 from .statics import DIGITS, Pose, System, number
@@ -18,6 +18,8 @@ from .subsets import StaticPose
 
 SLOP = mpmath.mpf(10) ** -38
 """What 50 digits may be off, relative to the units of the problem."""
+
+OTHER_ANGLES = 24
 
 
 @dataclass(frozen=True)
@@ -60,6 +62,17 @@ class Entry:
         origin = np.array(nominal["position_m"]) / float(system.unit_m)
         tensions = [middle(self.document["tensions_N"][i]) / float(system.unit_N) for i in subset]
         return Pose(origin + rotation @ system.centre, rotation, np.array(tensions))
+
+    def starts(self, system: System, subset: tuple[int, ...]) -> Iterator[Pose]:
+        """Yield the nominal pose and, where a family leaves cables open, its members at other angles."""
+        first = self.start(system, subset)
+        yield first
+        if self.family is None or self.family["kind"] != "rotation" or set(self.states) <= {"taut", "slack"}:
+            return
+        unit = float(system.unit_m)
+        for angle in np.linspace(-np.pi, np.pi, OTHER_ANGLES, endpoint=False):
+            p, rotation = member(self.family, first.p * unit, first.rotation, (float(angle),))
+            yield Pose(p / unit, rotation, first.tensions)
 
     def fit(self, pose: StaticPose) -> FamilyFit | None:
         """Return how a pose lies in the entry's family; None where it does not."""
