@@ -30,7 +30,9 @@ from tests.oracle.problems import KINDS, problem  # noqa: E402
 
 def answer(case: Case, time_limit: float) -> dict[str, Any]:
     """Return the ``cdpr-result/1`` document that the solver gives."""
-    lengths: list[tuple[Fraction, Fraction] | Fraction] = [lo if lo == hi else (lo, hi) for lo, hi in case.lengths]
+    lengths: list[tuple[Fraction, Fraction] | Fraction] = [
+        lo if lo == hi else (lo, hi) for lo, hi in case.lengths
+    ]
     result = forward_kinematics(
         parse_robot(case.robot_yaml().encode()),
         lengths,
@@ -44,10 +46,14 @@ def answer(case: Case, time_limit: float) -> dict[str, Any]:
 
 def arguments() -> argparse.Namespace:
     """Return the command line's values."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("--seconds", type=float, default=60.0, help="stop after so many seconds")
     parser.add_argument("--seed", type=int, default=None, help="of the first question; default: the clock")
-    parser.add_argument("--kind", choices=sorted(KINDS), action="append", help="only this kind; may be repeated")
+    parser.add_argument(
+        "--kind", choices=sorted(KINDS), action="append", help="only this kind; may be repeated"
+    )
     parser.add_argument("--only", type=int, default=None, help="only the question of this seed")
     parser.add_argument("--starts", type=int, default=60, help="Newton's random starts for each taut subset")
     parser.add_argument("--time-limit", type=float, default=20.0, help="seconds of the solver for a question")
@@ -77,7 +83,9 @@ def main() -> int:
             print(f"  {document['outcome']}: {document['message']}")
             print("".join(f"  {line}\n" for line in verdict.contradictions), end="")
             print(case.robot_yaml() + case.command("FILE"), flush=True)
-    print(f"\n{number} questions, {failed} with a contradiction; {poses} poses of the oracle, {entries} entries")
+    print(
+        f"\n{number} questions, {failed} with a contradiction; {poses} poses of the oracle, {entries} entries"
+    )
     for name, count in sorted(asked.items()):
         print(f"  {count:5d} {name}")
     return 1 if failed else 0

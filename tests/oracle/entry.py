@@ -81,7 +81,9 @@ class Entry:
         origin = np.array(self.document["position_m"]).mean(axis=-1)
         centre = np.array([float(c) for c in self.case.centre])
         width = float(np.ptp(self.document["rotation"], axis=-1).max())
-        width = max(width, float(np.ptp(self.document["position_m"], axis=-1).max()) / float(max(pose.distances)))
+        width = max(
+            width, float(np.ptp(self.document["position_m"], axis=-1).max()) / float(max(pose.distances))
+        )
         return fit_family(self.family, origin + rotation @ centre, rotation, width, pose)
 
     def misfit(self, pose: StaticPose) -> str | None:
@@ -140,5 +142,6 @@ def inside(bounds: Any, values: Any, slop: Any) -> bool:
     rows = np.array(bounds, dtype=object).reshape(-1, 2)
     pairs = zip(rows, np.ravel(values), strict=True)
     return all(
-        (lo is None or x >= number(lo) - slop) and (hi is None or x <= number(hi) + slop) for (lo, hi), x in pairs
+        (lo is None or x >= number(lo) - slop) and (hi is None or x <= number(hi) + slop)
+        for (lo, hi), x in pairs
     )

@@ -16,15 +16,10 @@ DOWN: Vector = (Fraction(0), Fraction(0), Fraction("-9.81"))
 
 def decimal_text(x: Fraction) -> str:
     """Return a fraction whose denominator divides a power of ten as its decimal literal."""
-    value = Decimal(x.numerator) / Decimal(x.denominator) if x.denominator == 1 else _quotient(x)
-    return format(value, "f")
-
-
-def _quotient(x: Fraction) -> Decimal:
     value = Context(prec=400).divide(Decimal(x.numerator), Decimal(x.denominator))
     if Fraction(value) != x:
         raise ValueError(f"{x} is not a finite decimal")
-    return value
+    return format(value, "f")
 
 
 def vector_text(v: Sequence[Fraction]) -> str:
@@ -94,7 +89,9 @@ class Case:
 
     def length_texts(self) -> list[str]:
         """Return the lengths as ``--lengths`` takes them."""
-        return [decimal_text(a) if a == b else f"{decimal_text(a)}..{decimal_text(b)}" for a, b in self.lengths]
+        return [
+            decimal_text(a) if a == b else f"{decimal_text(a)}..{decimal_text(b)}" for a, b in self.lengths
+        ]
 
     def command(self, path: str) -> str:
         """Return the command that asks this question about a robot file."""

@@ -24,6 +24,9 @@ def solve(system: System, starts: Pose, taut: Any) -> Pose:
     pose, damping = starts, np.full(len(starts.p), 1.0)
     value = residual(system, pose, taut)
     size = np.linalg.norm(value, axis=-1)
+    # A pushing spring has no meaning; it must not shrink to nothing on the way.
+    soft = system.compliance[taut]
+    least = np.where(soft > 0, -0.5 * system.lengths[taut] / np.where(soft > 0, soft, 1.0), -np.inf)
     found: list[Pose] = []
     for step in range(STEPS):
         done = size < CONVERGED
@@ -42,15 +45,22 @@ def solve(system: System, starts: Pose, taut: Any) -> Pose:
         change = -np.linalg.solve(normal, jt @ value[..., None])[..., 0]
         change *= np.minimum(1.0, 1.0 / np.linalg.norm(change, axis=-1))[:, None]
         trial = moved(pose, change, system.turns)
+        trial = Pose(trial.p, trial.rotation, np.maximum(trial.tensions, least))
         new_value = residual(system, trial, taut)
         new_size = np.linalg.norm(new_value, axis=-1)
         better = new_size < size
-        pose = Pose(*(np.where(better.reshape(-1, *(1,) * (a.ndim - 1)), b, a) for a, b in _pairs(pose, trial)))
+        pose = Pose(
+            *(np.where(better.reshape(-1, *(1,) * (a.ndim - 1)), b, a) for a, b in _pairs(pose, trial))
+        )
         value = np.where(better[:, None], new_value, value)
         size = np.where(better, new_size, size)
         damping = np.where(better, np.maximum(damping / 5.0, 1e-6), damping * 6.0)
-    return Pose(*(np.concatenate([getattr(f, name) for f in found]) if found else getattr(starts, name)[:0]
-                  for name in ("p", "rotation", "tensions")))
+    return Pose(
+        *(
+            np.concatenate([getattr(f, name) for f in found]) if found else getattr(starts, name)[:0]
+            for name in ("p", "rotation", "tensions")
+        )
+    )
 
 
 def _pairs(a: Pose, b: Pose) -> list[tuple[Any, Any]]:

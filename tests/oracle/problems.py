@@ -49,8 +49,17 @@ def ring(rng: Rng, n: int, radius: float, height: float) -> Any:
     return np.stack([r * np.cos(angles), r * np.sin(angles), height + rng.uniform(-0.5, 0.5, n)], axis=1)
 
 
-def case_at(rng: Rng, name: str, exits: Any, points: Any, *, slack: int = 0, tilt: float = 1.0, digits: int = 4,
-            place: int = 3) -> Case:
+def case_at(
+    rng: Rng,
+    name: str,
+    exits: Any,
+    points: Any,
+    *,
+    slack: int = 0,
+    tilt: float = 1.0,
+    digits: int = 4,
+    place: int = 3,
+) -> Case:
     """Return a case whose lengths are the distances at a random pose, the last ``slack`` cables longer."""
     exact_exits, exact_points = (tuple(vector(v, place) for v in rows) for rows in (exits, points))
     p, rotation = pose_of(rng, tilt)
@@ -61,8 +70,14 @@ def case_at(rng: Rng, name: str, exits: Any, points: Any, *, slack: int = 0, til
 
 def general(rng: Rng) -> Case:
     n = int(rng.choice([1, 2, 3, 4, 5], p=[0.05, 0.3, 0.35, 0.25, 0.05]))
-    return case_at(rng, f"general-{n}", ring(rng, n, 3.0, 3.0), rng.uniform(-1, 1, (n, 3)), tilt=0.5,
-                   slack=int(rng.integers(0, n)))
+    return case_at(
+        rng,
+        f"general-{n}",
+        ring(rng, n, 3.0, 3.0),
+        rng.uniform(-1, 1, (n, 3)),
+        tilt=0.5,
+        slack=int(rng.integers(0, n)),
+    )
 
 
 def large(rng: Rng) -> Case:
@@ -80,8 +95,12 @@ def symmetric(rng: Rng) -> Case:
     points = circle * rng.uniform(0.1, 1.0) + [0, 0, rng.choice([-0.2, 0.0, 0.3])]
     exits, points = np.round(exits, 3), np.round(points, 3)
     length = float(np.linalg.norm(exits[0] - points[0]) * rng.uniform(0.5, 1.2)) + 0.2
-    return Case(f"symmetric-{n}", tuple(vector(a) for a in exits), tuple(vector(b) for b in points),
-                exactly([length] * n, 2))
+    return Case(
+        f"symmetric-{n}",
+        tuple(vector(a) for a in exits),
+        tuple(vector(b) for b in points),
+        exactly([length] * n, 2),
+    )
 
 
 def ik_rounded(rng: Rng) -> Case:
@@ -93,8 +112,12 @@ def ik_rounded(rng: Rng) -> Case:
     points = np.round(np.column_stack([corners * [a, b], np.full(4, 0.2)]), 2)
     p = np.array([*rng.uniform(-0.4, 0.4, 2), 0.5])
     digits = int(rng.choice([2, 4, 8]))
-    return Case("ik-rounded", tuple(vector(x) for x in exits), tuple(vector(x) for x in points),
-                exactly(distances(exits, points, p, np.eye(3)), digits))
+    return Case(
+        "ik-rounded",
+        tuple(vector(x) for x in exits),
+        tuple(vector(x) for x in points),
+        exactly(distances(exits, points, p, np.eye(3)), digits),
+    )
 
 
 def planar(rng: Rng) -> Case:
@@ -110,9 +133,13 @@ def parallel(rng: Rng) -> Case:
     """Equal cables that hang parallel at one pose."""
     n = int(rng.integers(2, 5))
     points = np.round(rng.uniform(-0.8, 0.8, (n, 3)), 3)
-    exits = points + [0, 0, 3]
-    return Case(f"parallel-{n}", tuple(vector(a) for a in exits), tuple(vector(b) for b in points),
-                exactly([float(rng.uniform(0.5, 2.5))] * n, 3))
+    exits = points + np.array([0.0, 0.0, 3.0])
+    return Case(
+        f"parallel-{n}",
+        tuple(vector(a) for a in exits),
+        tuple(vector(b) for b in points),
+        exactly([float(rng.uniform(0.5, 2.5))] * n, 3),
+    )
 
 
 def at_centre(rng: Rng) -> Case:
@@ -120,7 +147,9 @@ def at_centre(rng: Rng) -> Case:
     n = int(rng.integers(1, 5))
     points = rng.uniform(-0.7, 0.7, (n, 3))
     points[: int(rng.integers(1, n + 1))] = 0.0
-    return case_at(rng, f"at-centre-{n}", ring(rng, n, 2.0, 2.0), points, tilt=0.5, slack=int(rng.integers(0, n)))
+    return case_at(
+        rng, f"at-centre-{n}", ring(rng, n, 2.0, 2.0), points, tilt=0.5, slack=int(rng.integers(0, n))
+    )
 
 
 def one_point(rng: Rng) -> Case:
@@ -129,7 +158,9 @@ def one_point(rng: Rng) -> Case:
     points = np.tile(rng.uniform(-0.7, 0.7, 3), (n, 1))
     if rng.random() < 0.5:
         points[-1] = rng.uniform(-0.7, 0.7, 3)
-    return case_at(rng, f"one-point-{n}", ring(rng, n, 2.0, 2.0), points, tilt=0.5, slack=int(rng.integers(0, 2)))
+    return case_at(
+        rng, f"one-point-{n}", ring(rng, n, 2.0, 2.0), points, tilt=0.5, slack=int(rng.integers(0, 2))
+    )
 
 
 def hook(rng: Rng) -> Case:
@@ -168,8 +199,9 @@ def dependent(rng: Rng) -> Case:
     exits[-1], points[-1] = exits[0], points[0]
     if rng.random() < 0.5:
         lengths[-1] = lengths[0]
-    return replace(case, name=f"dependent-{case.count}", exits=tuple(exits), points=tuple(points),
-                   lengths=tuple(lengths))
+    return replace(
+        case, name=f"dependent-{case.count}", exits=tuple(exits), points=tuple(points), lengths=tuple(lengths)
+    )
 
 
 def near_fold(rng: Rng) -> Case:
@@ -187,8 +219,11 @@ def near_fold(rng: Rng) -> Case:
 def _to_the_fold(rng: Rng, case: Case, pose: StaticPose, cable: int, way: int) -> Case:
     question = question_of(case)
     scale = float(question.coarse.unit_m)
-    at = Pose(pose.centre.astype(float)[None] / scale, pose.rotation.astype(float)[None],
-              pose.tensions.astype(float)[None] / float(question.coarse.unit_N))
+    at = Pose(
+        pose.centre.astype(float)[None] / scale,
+        pose.rotation.astype(float)[None],
+        pose.tensions.astype(float)[None] / float(question.coarse.unit_N),
+    )
     length, step = case.lengths[cable][0], Fraction(1, 10)
     while step > Fraction(1, 10**8):
         trial = length + way * step
@@ -196,8 +231,11 @@ def _to_the_fold(rng: Rng, case: Case, pose: StaticPose, cable: int, way: int) -
         system = question_of(moved).coarse
         here = Pose(at.p * scale / float(system.unit_m), at.rotation, at.tensions)
         found = solve(system, here, np.arange(case.count))
-        if len(found.p) and np.abs(found.rotation - here.rotation).max() < 0.3 and trial > 0 and (
-            trial - case.lengths[cable][0] < 3
+        if (
+            len(found.p)
+            and np.abs(found.rotation - here.rotation).max() < 0.3
+            and trial > case.lengths[cable][0] / 4
+            and (trial - case.lengths[cable][0] < 3)
         ):
             length, at, scale = trial, found, float(system.unit_m)
         else:
@@ -217,20 +255,26 @@ def six(rng: Rng) -> Case:
 def asked(rng: Rng) -> Case:
     """One subset, with or without a look at the other cables."""
     n = int(rng.integers(3, 9))
-    case = case_at(rng, f"subset-{n}", ring(rng, n, 3.0, 3.0), rng.uniform(-1, 1, (n, 3)), tilt=0.4, slack=n - 2)
+    case = case_at(
+        rng, f"subset-{n}", ring(rng, n, 3.0, 3.0), rng.uniform(-1, 1, (n, 3)), tilt=0.4, slack=n - 2
+    )
     chosen = sorted(rng.choice(n, size=int(rng.integers(1, 4)), replace=False).tolist())
     return replace(case, taut=tuple(chosen), ignore_slack=bool(rng.random() < 0.5))
 
 
 def point_mass(rng: Rng) -> Case:
     n = int(rng.integers(1, 9))
-    case = case_at(rng, f"point-mass-{n}", ring(rng, n, 2.0, 2.0), np.zeros((n, 3)), slack=int(rng.integers(0, n)))
+    case = case_at(
+        rng, f"point-mass-{n}", ring(rng, n, 2.0, 2.0), np.zeros((n, 3)), slack=int(rng.integers(0, n))
+    )
     return case
 
 
 def elastic(rng: Rng) -> Case:
     n = int(rng.integers(1, 6))
-    case = case_at(rng, f"elastic-{n}", ring(rng, n, 2.0, 2.0), np.zeros((n, 3)), slack=int(rng.integers(0, n)))
+    case = case_at(
+        rng, f"elastic-{n}", ring(rng, n, 2.0, 2.0), np.zeros((n, 3)), slack=int(rng.integers(0, n))
+    )
     stiffness = tuple(decimal(10 ** rng.uniform(1.5, 5), 1) for _ in range(n))
     return replace(case, stiffness=stiffness)
 
@@ -275,8 +319,12 @@ def tilted(rng: Rng, case: Case) -> Case:
             x, y, z = (v[k] for k in order)
             return x, y, z
 
-        return replace(case, exits=tuple(cycled(a) for a in case.exits), gravity=cycled(case.gravity),
-                       force=cycled(case.force))
+        return replace(
+            case,
+            exits=tuple(cycled(a) for a in case.exits),
+            gravity=cycled(case.gravity),
+            force=cycled(case.force),
+        )
     return replace(case, gravity=vector(rng.normal(size=3) * 3 + [0, 0, -7], 2))
 
 
@@ -318,5 +366,3 @@ def in_millimetres(rng: Rng, case: Case) -> Case:
         force=(force[0], force[1], force[2]),
         stiffness=stiffness,
     )
-
-

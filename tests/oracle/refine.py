@@ -7,7 +7,6 @@ from typing import Any
 import mpmath
 import numpy as np
 
-from .starts import rotation_of
 from .statics import DIGITS, Pose, System, jacobian, moved, number, residual
 
 SINGULAR = (1e-8, 1e-12)
@@ -56,11 +55,11 @@ def exact_start(pose: Pose, turns: bool) -> Pose:
     rotation = sharp(np.eye(3))
     if turns:
         q = sharp(quaternion_of(pose.rotation))
-        rotation = rotation_of_precise(q)
+        rotation = rotation_of(q)
     return Pose(sharp(pose.p)[None], rotation[None], sharp(pose.tensions)[None])
 
 
-def rotation_of_precise(q: Any) -> Any:
+def rotation_of(q: Any) -> Any:
     """Return the rotation of a quaternion of mpmath numbers."""
     norm = mpmath.sqrt(sum(x * x for x in q))
     w, x, y, z = (c / norm for c in q)

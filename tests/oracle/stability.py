@@ -36,7 +36,7 @@ def stability(system: System, pose: Pose, taut: Any, free: Any) -> str:
         hessian += q[i] * second
         if soft[i] > 0:
             hessian += (1 / soft[i] - q[i]) * np.outer(gradients[i], gradients[i])
-    fixed = [gradients[i] for i in range(len(taut)) if soft[i] == 0] + [row for row in free]
+    fixed = [gradients[i] for i in range(len(taut)) if soft[i] == 0] + list(free)
     basis = np.eye(size)
     if fixed:
         _, s, vt = np.linalg.svd(np.array(fixed))

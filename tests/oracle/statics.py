@@ -109,8 +109,10 @@ def skew(a: Array) -> Array:
 
 def identity(like: Array) -> Array:
     """Return the unit matrix in the kind of numbers of an array."""
-    return np.eye(3) if like.dtype != object else np.array(
-        [[number(int(i == j)) for j in range(3)] for i in range(3)], dtype=object
+    return (
+        np.eye(3)
+        if like.dtype != object
+        else np.array([[number(int(i == j)) for j in range(3)] for i in range(3)], dtype=object)
     )
 
 
@@ -141,11 +143,17 @@ def stretched(system: System, pose: Pose, taut: Any) -> Array:
 
 
 def residual(system: System, pose: Pose, taut: Any) -> Array:
-    """Return (lengths, force, moment) of a taut subset, zero at a solution."""
+    """Return (lengths, force, moment) of a taut subset, zero at a solution.
+
+    A length's residual is about |e| - l: divided by l, so that short cables count as well.
+    """
     r, e = spokes(system, pose, taut)
     rho = stretched(system, pose, taut)
     q = (pose.tensions / rho)[..., None]
-    parts = [((e * e).sum(axis=-1) - rho * rho) / 2, (q * e).sum(axis=-2) + system.load]
+    parts = [
+        ((e * e).sum(axis=-1) - rho * rho) / (2 * system.lengths[taut]),
+        (q * e).sum(axis=-2) + system.load,
+    ]
     if system.turns:
         parts.append((q * cross(r, e)).sum(axis=-2))
     return np.concatenate(parts, axis=-1)
@@ -163,17 +171,18 @@ def jacobian(system: System, pose: Pose, taut: Any) -> Array:
     if rho.dtype == object:
         diagonal = diagonal + number(0)
     for i in range(n):
-        diagonal[..., i, i] = -rho[..., i] * system.compliance[taut][i]
+        diagonal[..., i, i] = -rho[..., i] * (system.compliance / system.lengths)[taut][i]
+    short = system.lengths[taut][:, None]
     arms = skew(r)
     force_v = -(q * identity(e)).sum(axis=-3)
     force_t = np.swapaxes(by_tension * e, -1, -2)
     if not system.turns:
-        rows = [[-e, diagonal], [force_v, force_t]]
+        rows = [[-e / short, diagonal], [force_v, force_t]]
     else:
         coupling = (q * arms).sum(axis=-3)
         turning = (q * ((skew(e) + arms) @ arms)).sum(axis=-3)
         rows = [
-            [-e, -moments, diagonal],
+            [-e / short, -moments / short, diagonal],
             [force_v, coupling, force_t],
             [-coupling, turning, np.swapaxes(by_tension * moments, -1, -2)],
         ]

@@ -212,7 +212,9 @@ def _static(question: Question, subset: tuple[int, ...], sharp: Pose, free: int)
         free=free,
         clear=all(x >= CLEAR for x in signs) and all(abs(x) >= CLEAR for x in outside),
         slack_respected=all(x >= -ZERO for x in outside),
-        stability=stability(question.coarse, coarse, np.array(subset), free_motions(question, subset, coarse, free)),
+        stability=stability(
+            question.coarse, coarse, np.array(subset), free_motions(question, subset, coarse, free)
+        ),
     )
 
 

@@ -55,12 +55,8 @@ def simulated(robot: Robot, lengths) -> mujoco.MjModel:
     mass, centre = float(robot.platform.mass), floats(robot.platform.centre_of_mass)
     size = max(np.linalg.norm(floats(c.platform_anchor) - centre) for c in robot.cables)
     inertia = mass * size**2 / 2
-    ends, tendons = [], []
-    for cable, length in zip(robot.cables, lengths, strict=True):
-        ends.append(f'<site name="p{cable.name}" pos="{words(cable.platform_anchor)}"/>')
-        tendons.append(
-            f'<site name="f{cable.name}" pos="{words(cable.frame_anchor)}"/>',
-        )
+    ends = [f'<site name="p{c.name}" pos="{words(c.platform_anchor)}"/>' for c in robot.cables]
+    exits = [f'<site name="f{c.name}" pos="{words(c.frame_anchor)}"/>' for c in robot.cables]
     limits = 'limited="true" solreflimit="0.01 1" solimplimit="0.9999 0.9999 0.001 0.5 2"'
     cables = "".join(
         f'<spatial {limits} range="0 {length!r}"><site site="f{c.name}"/><site site="p{c.name}"/></spatial>'
@@ -70,9 +66,9 @@ def simulated(robot: Robot, lengths) -> mujoco.MjModel:
         f"""<mujoco>
         <option timestep="{STEP}" gravity="{words(robot.gravity)}" integrator="implicitfast"
                 iterations="200" tolerance="1e-14"/>
-        <worldbody>{"".join(tendons)}
-          <body><freejoint/><inertial pos="{words(centre)}" mass="{mass}" diaginertia="{words([inertia] * 3)}"/>
-          {"".join(ends)}</body>
+        <worldbody>{"".join(exits)}
+          <body><freejoint/>{"".join(ends)}
+          <inertial pos="{words(centre)}" mass="{mass}" diaginertia="{words([inertia] * 3)}"/></body>
         </worldbody>
         <tendon>{cables}</tendon></mujoco>"""
     )
@@ -108,9 +104,7 @@ def resting_places(result: Result, rests, stability: Stability = Stability.STABL
     """Return for each resting body which listed pose of that stability it is at; None for none."""
     places: list[int | None] = []
     for rest in rests:
-        near = [
-            k for k, s in enumerate(result.solutions) if s.stability is stability and gap(s, rest) < NEAR
-        ]
+        near = [k for k, s in enumerate(result.solutions) if s.stability is stability and gap(s, rest) < NEAR]
         places.append(near[0] if near else None)
     return places
 
@@ -137,7 +131,7 @@ def apart(result: Result) -> float:
 def rests(name: str, lengths: tuple[float, ...], drops: int, seed: int) -> tuple[Rest, ...]:
     model, rng = simulated(load_robot(name), lengths), np.random.default_rng(seed)
     lowest = answered(name, lengths).solutions[0].position.mean(axis=-1)
-    return tuple(dropped(model, rng, lowest + [0, 0, 2.0]) for _ in range(drops))
+    return tuple(dropped(model, rng, lowest + np.array([0.0, 0.0, 2.0])) for _ in range(drops))
 
 
 @pytest.mark.parametrize(("name", "lengths"), [("uc3", UC3), ("uc4", UC4)])
@@ -151,7 +145,9 @@ def test_a_dropped_platform_rests_at_a_stable_pose(name: str, lengths: tuple[flo
 def cogiro_lengths(taut: str) -> tuple[float, ...]:
     """Return the lengths of CoGiRo hanging on four of its eight cables, the others 5 % longer."""
     pose = {"position": [0.5, -0.4, 1.5], "rpy": [0.0, 0.0, 0.0]}
-    result = inverse_kinematics(load_robot("cogiro"), pose["position"], taut=taut, slack_margin=0.05, settle=True)
+    result = inverse_kinematics(
+        load_robot("cogiro"), pose["position"], taut=taut, slack_margin=0.05, settle=True
+    )
     return tuple(float(x) for x in result.lengths)
 
 
