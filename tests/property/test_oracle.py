@@ -21,7 +21,7 @@ from tests.oracle.problems import KINDS, problem
 from tests.oracle.subsets import StaticPose, find_poses
 
 Document = dict[str, Any]
-CELLS = 2_000_000
+CELLS = 300_000
 """The sample is bounded by cells, not by time, so that it is the same on every machine."""
 STARTS = 100
 QUICK = [
