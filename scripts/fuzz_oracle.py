@@ -28,20 +28,21 @@ from tests.oracle.model import Case  # noqa: E402
 from tests.oracle.problems import KINDS, problem  # noqa: E402
 
 
-def answer(case: Case, time_limit: float) -> dict[str, Any]:
-    """Return the ``cdpr-result/1`` document that the solver gives."""
+def answer(case: Case, time_limit: float) -> tuple[dict[str, Any], list[str]]:
+    """Return the ``cdpr-result/1`` document that the solver gives, and what `Result.verify` says."""
     lengths: list[tuple[Fraction, Fraction] | Fraction] = [
         lo if lo == hi else (lo, hi) for lo, hi in case.lengths
     ]
+    robot = parse_robot(case.robot_yaml().encode())
     result = forward_kinematics(
-        parse_robot(case.robot_yaml().encode()),
+        robot,
         lengths,
         taut=case.taut,
         ignore_slack=case.ignore_slack,
         external_force=case.force,
         time_limit=time_limit,
     )
-    return result.to_dict()
+    return result.to_dict(), [f"VERIFY: {line}" for line in result.verify(robot)]
 
 
 def arguments() -> argparse.Namespace:
@@ -73,15 +74,16 @@ def main() -> int:
         kind, which = tasks[number] if tasks else (kinds[number % len(kinds)], seed + number // len(kinds))
         number += 1
         case = problem(kind, which)
-        document = answer(case, options.time_limit)
+        document, wrong = answer(case, options.time_limit)
         verdict = compare(case, document, np.random.default_rng(which), starts=options.starts)
         poses, entries = poses + verdict.found, entries + verdict.listed
         asked[f"{kind} {document['outcome']}"] += 1
-        if verdict.contradictions:
+        wrong += verdict.contradictions
+        if wrong:
             failed += 1
             print(f"\nFAILED {kind} {which}: python scripts/fuzz_oracle.py --kind {kind} --only {which}")
             print(f"  {document['outcome']}: {document['message']}")
-            print("".join(f"  {line}\n" for line in verdict.contradictions), end="")
+            print("".join(f"  {line}\n" for line in wrong), end="")
             print(case.robot_yaml() + case.command("FILE"), flush=True)
     print(
         f"\n{number} questions, {failed} with a contradiction; {poses} poses of the oracle, {entries} entries"

@@ -214,7 +214,8 @@ class Listing:
     def _followed(self, entry: Entry, lengths: tuple[Fraction, ...], steps: int = 12) -> StaticPose | None:
         """Return the entry's pose at some lengths, followed from the middle of the ranges, or None."""
         for subset in entry.subsets():
-            taut, pose = np.array(subset), None
+            taut = np.array(subset)
+            pose: Pose | None = None
             for k in range(steps + 1):
                 part = Fraction(k, steps)
                 mixed = [m + (x - m) * part for x, m in zip(lengths, self._middles(), strict=True)]
@@ -227,7 +228,7 @@ class Listing:
                     break
                 pose = Pose(solved.p[0], solved.rotation[0], solved.tensions[0])
             else:
-                static = judge(question, subset, pose)
+                static = None if pose is None else judge(question, subset, pose)
                 if static is not None and entry.misfit(static) is None:
                     return static
         return None
