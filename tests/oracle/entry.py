@@ -13,7 +13,7 @@ import numpy as np
 from .family import FamilyFit, fit_family, member
 from .model import Case
 from .starts import rotation_of
-from .statics import DIGITS, Pose, System, number
+from .statics import DIGITS, Pose, System, number, wrenches
 from .subsets import StaticPose
 
 SLOP = mpmath.mpf(10) ** -38
@@ -56,12 +56,21 @@ class Entry:
                     yield subset
 
     def start(self, system: System, subset: tuple[int, ...]) -> Pose:
-        """Return the nominal pose in the units of a system, with tensions in the middle of their bounds."""
+        """Return the nominal pose in the units of a system.
+
+        The tensions are those that balance the load best there (what is listed may be the hull of
+        many), of elastic cables the middle of their bounds, on which the lengths depend.
+        """
         nominal = self.document["nominal"]
         rotation = rotation_of(np.array(nominal["quaternion_wxyz"])) if system.turns else np.eye(3)
         origin = np.array(nominal["position_m"]) / float(system.unit_m)
         tensions = [middle(self.document["tensions_N"][i]) / float(system.unit_N) for i in subset]
-        return Pose(origin + rotation @ system.centre, rotation, np.array(tensions))
+        pose = Pose(origin + rotation @ system.centre, rotation, np.array(tensions))
+        if self.case.stiffness is not None:
+            return pose
+        columns = wrenches(system, pose, np.array(subset))
+        load = np.concatenate([system.load, np.zeros(len(columns) - 3)])
+        return Pose(pose.p, rotation, np.linalg.lstsq(columns, -load)[0])
 
     def starts(self, system: System, subset: tuple[int, ...]) -> Iterator[Pose]:
         """Yield the nominal pose and, where a family leaves cables open, its members at other angles."""
