@@ -14,6 +14,7 @@ from .entry import SLOP, Entry, inside
 from .family import axes_of, member, place
 from .model import Case
 from .newton import solve
+from .starts import rotation_of
 from .statics import DIGITS, Pose, number
 from .subsets import Question, StaticPose, find_poses, judge, question_of
 
@@ -174,8 +175,7 @@ class Listing:
             if count:
                 p, r = member(family, centre, rotation, tuple(angles))
             else:
-                q, _ = np.linalg.qr(rng.normal(size=(3, 3)))
-                p, r = centre, q * np.linalg.det(q)
+                p, r = centre, rotation_of(rng.normal(size=4))
             distances = np.linalg.norm(exits - p - arms @ r.T, axis=1)
             where = place(family, tuple(angles))
             states = list(zip(entry.states, distances, lengths, strict=True))

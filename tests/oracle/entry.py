@@ -10,7 +10,7 @@ from typing import Any
 import mpmath
 import numpy as np
 
-from .family import FamilyFit, fit_family, member
+from .family import FamilyFit, fit_family, members
 from .model import Case
 from .starts import rotation_of
 from .statics import DIGITS, Pose, System, number, wrenches
@@ -19,7 +19,8 @@ from .subsets import StaticPose
 SLOP = mpmath.mpf(10) ** -38
 """What 50 digits may be off, relative to the units of the problem."""
 
-OTHER_ANGLES = 24
+MEMBERS = 1000
+"""So many members of a family are tried where a cable is open."""
 
 
 @dataclass(frozen=True)
@@ -73,15 +74,20 @@ class Entry:
         return Pose(pose.p, rotation, np.linalg.lstsq(columns, -load)[0])
 
     def starts(self, system: System, subset: tuple[int, ...]) -> Iterator[Pose]:
-        """Yield the nominal pose and, where a family leaves cables open, its members at other angles."""
+        """Yield the nominal pose and, where a family leaves cables open, the member with most slack."""
         first = self.start(system, subset)
         yield first
-        if self.family is None or self.family["kind"] != "rotation" or set(self.states) <= {"taut", "slack"}:
+        if self.family is None or set(self.states) <= {"taut", "slack"}:
             return
+        others = np.array([i for i in range(system.count) if i not in subset], dtype=int)
         unit = float(system.unit_m)
-        for angle in np.linspace(-np.pi, np.pi, OTHER_ANGLES, endpoint=False):
-            p, rotation = member(self.family, first.p * unit, first.rotation, (float(angle),))
-            yield Pose(p / unit, rotation, first.tensions)
+
+        def slack(pose: Pose) -> float:
+            e = system.exits[others] - pose.p - system.arms[others] @ pose.rotation.T
+            return float((system.lengths[others] - np.linalg.norm(e, axis=1)).min(initial=np.inf))
+
+        turned = members(self.family, first.p * unit, first.rotation, MEMBERS)
+        yield max((Pose(p / unit, rotation, first.tensions) for p, rotation in turned), key=slack)
 
     def fit(self, pose: StaticPose) -> FamilyFit | None:
         """Return how a pose lies in the entry's family; None where it does not."""

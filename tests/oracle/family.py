@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
+from .starts import rotation_of
 from .statics import skew
 from .subsets import StaticPose
 
@@ -46,6 +48,18 @@ def member(family: Any, centre: Any, rotation: Any, angles: tuple[float, ...]) -
         q = turn(axis, angle)
         centre, rotation = point + q @ (centre - point), q @ rotation
     return centre, rotation
+
+
+def members(family: Any, centre: Any, rotation: Any, count: int) -> Iterator[tuple[Any, Any]]:
+    """Yield centre of mass and rotation of members spread over a family."""
+    rng = np.random.default_rng(0)
+    axes = len(axes_of(family))
+    for k in range(count):
+        if axes == 0:
+            yield centre, rotation_of(rng.normal(size=4))
+            continue
+        rest = rng.uniform(-np.pi, np.pi, axes - 1)
+        yield member(family, centre, rotation, (2 * np.pi * k / count, *rest))
 
 
 def fit_family(family: Any, centre: Any, rotation: Any, width: float, pose: StaticPose) -> FamilyFit | None:

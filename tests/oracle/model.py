@@ -100,8 +100,6 @@ class Case:
             words += ["--taut", ",".join(f"c{i + 1}" for i in self.taut)]
         if self.ignore_slack:
             words.append("--ignore-slack")
-        text = shlex.join(words)
         if any(self.force):
-            force = ",".join(decimal_text(x) for x in self.force)
-            text += f"  # external_force=({force}) N"
-        return text
+            words.append("--external-force=" + ",".join(decimal_text(x) for x in self.force))
+        return shlex.join(words)
