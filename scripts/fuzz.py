@@ -44,6 +44,7 @@ STAGES = (
             "--hypothesis-profile=fuzz", "--hypothesis-seed={seed}",
         ),
     ),
+    Stage("oracle", ("scripts/fuzz_oracle.py", "--seconds", "120", "--seed", "{seed}")),
     Stage("planted point masses", ("scripts/planted_point_mass.py", "200", "{seed}")),
     Stage(
         "planted platforms",
