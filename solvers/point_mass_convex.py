@@ -42,12 +42,16 @@ class NoPose:
     weights: Mapping[int, float | Fraction]
     touching: bool = False
     """The balls have one common point."""
+    gap: float = 0.0
+    """m, not certified: by how much the cables are too short, where that is next to nothing."""
 
     def reason(self, names: Sequence[str]) -> str:
         """Return the sentence that says so."""
         from solvers.point_mass_emptiness import apart_message, touching_message
 
-        return touching_message(names, self.weights) if self.touching else apart_message(names, self.weights)
+        if self.touching:
+            return touching_message(names, self.weights)
+        return apart_message(names, self.weights) + (f", by some {self.gap:.1g} m" if self.gap else "")
 
 
 @dataclass(frozen=True, eq=False)
@@ -166,7 +170,9 @@ def _without_inner_point(
     if isinstance(found, Unheld):
         return NoPose(found.weights, touching=True)
     if isinstance(found, Deepest):
-        return NoPose(found.weights)
+        assert exact is not None
+        shortest = min(exact[i] for i in found.weights)
+        return NoPose(found.weights, gap=float(found.power / (2 * shortest)))
     return Unproved(reason, reachable(arrays, lengths))
 
 
