@@ -146,7 +146,9 @@ def settle(arrays: RobotArrays, lengths: Bounds, exact: Exact = None) -> Finding
     if arrays.is_elastic:
         enclosed = settle_springs(arrays, cables)
     else:
-        settled = settle_balls(arrays, cables)
+        if exact is None and (lengths[:, 0] == lengths[:, 1]).all():
+            exact = [Fraction(x) for x in lengths[:, 0].tolist()]
+        settled = settle_balls(arrays, cables, exact)
         if isinstance(settled, str):
             return _without_inner_point(arrays, cables, lengths, exact, settled)
         enclosed = settled
@@ -162,8 +164,6 @@ def _without_inner_point(
     weights = empty_weights(arrays, cables, lengths)
     if weights is not None:
         return NoPose(weights)
-    if exact is None and (lengths[:, 0] == lengths[:, 1]).all():
-        exact = [Fraction(x) for x in lengths[:, 0].tolist()]
     found = None if exact is None else settle_touching(arrays, cables, exact)
     if isinstance(found, Fields):
         return found
