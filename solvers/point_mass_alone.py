@@ -18,7 +18,7 @@ import numpy as np
 from cdpr_interval.engine.budget import Budget
 from solvers.point_mass_convex import NoPose, Unproved, find_pose, part_of, scaled_cables
 from solvers.point_mass_entry import IDENTITY, Fields, fields_of, hull, solution
-from solvers.point_mass_exact import ExactPose, exact_pose, is_pose_of
+from solvers.point_mass_exact import ExactPose, corners, exact_pose, is_pose_of
 from solvers.point_mass_fields import OPEN, SLACK, TAUT
 from solvers.point_mass_kernels import anywhere, middles, tension_bounds
 from solvers.point_mass_lowest import lowest_of_subset
@@ -158,15 +158,13 @@ def exact_corners(problem: Problem, taut: tuple[int, ...]) -> dict[tuple[int, ..
 
     Empty where lengths are no exact ones of inextensible cables, or the cables have no common inner point.
     """
-    found = {}
-    cables = problem.robot.cables
-    for few in (s for size in range(1, len(taut)) for s in combinations(taut, size)):
-        pose = exact_pose_of(problem, few)
-        if pose is None or not pose.carried():
-            continue
-        if all(pose.excess(cables[i].frame_anchor, problem.lengths[i][0]) <= 0 for i in taut):
-            found[few] = pose
-    return found
+    lengths = exact_lengths(problem, taut)
+    if lengths is None or problem.robot.is_elastic:
+        return {}
+    anchors = [problem.robot.cables[i].frame_anchor for i in taut]
+    fewer = (few for size in range(1, len(taut)) for few in combinations(range(len(taut)), size))
+    found = corners(anchors, lengths, problem.load, fewer)
+    return {tuple(taut[k] for k in few): pose for few, pose in found}
 
 
 def whole_subset(arrays: RobotArrays, lengths: Bounds, taut: tuple[int, ...]) -> Fields | None:

@@ -42,12 +42,16 @@ class NoPose:
     weights: Mapping[int, float | Fraction]
     touching: bool = False
     """The balls have one common point."""
+    gap: float = 0.0
+    """m, not certified: by how much the cables are too short, where that is next to nothing."""
 
     def reason(self, names: Sequence[str]) -> str:
         """Return the sentence that says so."""
         from solvers.point_mass_emptiness import apart_message, touching_message
 
-        return touching_message(names, self.weights) if self.touching else apart_message(names, self.weights)
+        if self.touching:
+            return touching_message(names, self.weights)
+        return apart_message(names, self.weights) + (f", by some {self.gap:.1g} m" if self.gap else "")
 
 
 @dataclass(frozen=True, eq=False)
@@ -142,7 +146,9 @@ def settle(arrays: RobotArrays, lengths: Bounds, exact: Exact = None) -> Finding
     if arrays.is_elastic:
         enclosed = settle_springs(arrays, cables)
     else:
-        settled = settle_balls(arrays, cables)
+        if exact is None and (lengths[:, 0] == lengths[:, 1]).all():
+            exact = [Fraction(x) for x in lengths[:, 0].tolist()]
+        settled = settle_balls(arrays, cables, exact)
         if isinstance(settled, str):
             return _without_inner_point(arrays, cables, lengths, exact, settled)
         enclosed = settled
@@ -158,15 +164,15 @@ def _without_inner_point(
     weights = empty_weights(arrays, cables, lengths)
     if weights is not None:
         return NoPose(weights)
-    if exact is None and (lengths[:, 0] == lengths[:, 1]).all():
-        exact = [Fraction(x) for x in lengths[:, 0].tolist()]
     found = None if exact is None else settle_touching(arrays, cables, exact)
     if isinstance(found, Fields):
         return found
     if isinstance(found, Unheld):
         return NoPose(found.weights, touching=True)
     if isinstance(found, Deepest):
-        return NoPose(found.weights)
+        assert exact is not None
+        shortest = min(exact[i] for i in found.weights)
+        return NoPose(found.weights, gap=float(found.power / (2 * shortest)))
     return Unproved(reason, reachable(arrays, lengths))
 
 

@@ -8,9 +8,11 @@ enclosures of all such subsets that cannot be excluded, and a cable outside all 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from fractions import Fraction
 from functools import lru_cache
-from itertools import combinations
+from itertools import combinations, islice
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,12 +20,15 @@ from numpy.typing import NDArray
 from solvers.point_mass_candidates import candidates
 from solvers.point_mass_duality import duality_box, feasible_near, inside_all, largest_tension
 from solvers.point_mass_emptiness import deepest_point
+from solvers.point_mass_exact import corners
 from solvers.point_mass_fields import OPEN, SLACK, TAUT, distance
 from solvers.point_mass_kernels import guess_inextensible, middles
 from solvers.point_mass_model import Cables, RobotArrays, is_range
-from solvers.point_mass_switching import NOT_UNIQUE, dependent, just_switching, tensions_unique
+from solvers.point_mass_switching import dependent, just_switching, tensions_unique
 from solvers.result import Bounds
 
+NOT_UNIQUE = "cables {{{}}} tight, tensions not unique"
+MAY_DIFFER = "cables {{{}}} tight up to rounding, tensions may not be unique"
 CHANGES = "which of the cables {{{}}} are taut changes over the length ranges"
 CHANGING = "which of the cables {{{}}} are taut changes over the length ranges or is not decided"
 TOUCHING = (
@@ -45,8 +50,17 @@ class Enclosed:
     note: str = ""
 
 
-def settle_balls(arrays: RobotArrays, cables: Cables) -> Enclosed | str:
+def settle_balls(
+    arrays: RobotArrays, cables: Cables, exact: Sequence[Fraction] | None = None
+) -> Enclosed | str:
     """Enclose the pose of inextensible cables without knowing which of them are taut.
+
+    Parameters
+    ----------
+    arrays, cables
+        The robot, and its cables as the kernels know them.
+    exact : sequence of Fraction, optional
+        The lengths in m, where they are no ranges.
 
     Returns
     -------
@@ -72,7 +86,10 @@ def settle_balls(arrays: RobotArrays, cables: Cables) -> Enclosed | str:
     boxes, tensions = np.empty((len(subsets), 3, 2)), np.empty((len(subsets), count, 2))
     kept = candidates(cables, load, (A, L, f), subsets, outer, most, boxes, tensions)
     if kept.any():
-        return _merge(arrays, cables, boxes[kept], tensions[kept])
+        merged = _merge(arrays, cables, boxes[kept], tensions[kept])
+        few = [tuple(row[1 : 1 + row[0]].tolist()) for row in subsets[kept]]
+        tight = [] if exact is None or not merged.note else tight_without_unique_tensions(arrays, exact, few)
+        return replace(merged, note=NOT_UNIQUE.format(_names(arrays, tight))) if tight else merged
     # Rounding cannot exclude everything; keep the proved box and leave every state open.
     unknown = np.column_stack([np.zeros(count), most])
     return _merge(arrays, cables, outer[None], unknown[None])
@@ -140,17 +157,32 @@ def _merge(arrays: RobotArrays, cables: Cables, boxes: Bounds, tensions: Bounds)
     return Enclosed(box, tension, states, open_note(arrays, lengths, states))
 
 
+def tight_without_unique_tensions(
+    arrays: RobotArrays, lengths: Sequence[Fraction], subsets: Sequence[tuple[int, ...]]
+) -> list[int]:
+    """Return the exactly tight cables where two of the subsets hold the load alone; empty elsewhere."""
+    anchors = [cable.frame_anchor for cable in arrays.robot.cables]
+    found = list(islice(corners(anchors, lengths, arrays.load_exact, subsets), 2))
+    if len(found) < 2:
+        return []
+    _, pose = found[0]
+    return [i for i, (a, s) in enumerate(zip(anchors, lengths, strict=True)) if pose.excess(a, s) == 0]
+
+
+def _names(arrays: RobotArrays, chosen: Sequence[int]) -> str:
+    return ", ".join(arrays.robot.cable_names[i] for i in chosen)
+
+
 def open_note(arrays: RobotArrays, lengths: Bounds, states: NDArray[np.int64]) -> str:
     """Return what is to be said of cables that are not proved taut or slack; empty where all are."""
     tight, just = np.flatnonzero(states != SLACK).tolist(), np.flatnonzero(states > TAUT).tolist()
     if not just:
         return ""
-    names = arrays.robot.cable_names
-    listed, those = (", ".join(names[i] for i in chosen) for chosen in (tight, just))
+    listed, those = _names(arrays, tight), _names(arrays, just)
     if is_range(lengths):
         return (CHANGING if (states == OPEN).any() else CHANGES).format(listed)
     if not tensions_unique(arrays, lengths, tight):
-        return NOT_UNIQUE.format(listed)
+        return MAY_DIFFER.format(listed)
     return (
         f"whether {those} taut is not decided"
         if (states == OPEN).any()

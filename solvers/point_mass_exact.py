@@ -6,7 +6,7 @@ form, so the sign of every tension and slack is decidable when the lengths are e
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 
@@ -135,6 +135,22 @@ def is_pose_of(pose: ExactPose, anchors: Sequence[Vector], lengths: Sequence[Fra
         return pose.component(_cross(d, load), a) == 0 and pose.component(low, a) > 0
     m = _cross(d, _minus(anchors[2], a))
     return pose.component(m, a) * _dot(load, m) > 0
+
+
+def corners(
+    anchors: Sequence[Vector], lengths: Sequence[Fraction], load: Vector, subsets: Iterable[tuple[int, ...]]
+) -> Iterator[tuple[tuple[int, ...], ExactPose]]:
+    """Yield the subsets, with their pose, that alone carry the load at the lowest point of all balls.
+
+    The point is the same for all of them. Where the balls have a common inner point, all tensions that hold
+    the load are means of those of such subsets.
+    """
+    for few in subsets:
+        pose = exact_pose([anchors[i] for i in few], [lengths[i] for i in few], load)
+        if pose is None or not pose.carried():
+            continue
+        if all(pose.excess(a, s) <= 0 for a, s in zip(anchors, lengths, strict=True)):
+            yield few, pose
 
 
 _UNITS: tuple[Vector, ...] = (

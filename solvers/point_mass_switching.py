@@ -25,7 +25,6 @@ JUST = 1e-6
 TRIED = 16
 """Choices of the others' lengths at which either end of a cable's range is tried: ten microseconds each."""
 GOLDEN = (math.sqrt(5.0) - 1.0) / 2.0
-NOT_UNIQUE = "cables {{{}}} tight, tensions not unique"
 
 
 def dependent(anchors: Sequence[Vector], taut: Sequence[int], load: Vector) -> bool:

@@ -50,7 +50,7 @@ def result_to_dict(result: Result) -> Json:
         "robot": {"name": result.robot.name, "sha256": result.robot.sha256},
         "model": result.model,
         "cables": list(names),
-        "lengths_m": _numbers(result.lengths),
+        "lengths_m": numbers(result.lengths),
         "question": {
             "command": question.command,
             "taut": None if question.taut is None else _names(question.taut, names),
@@ -70,8 +70,8 @@ def result_to_dict(result: Result) -> Json:
                 "taut": _names(cluster.taut, names),
                 "cells": cluster.cells,
                 "reason": cluster.reason,
-                "position_m": _numbers(cluster.position),
-                "rotation": _numbers(cluster.rotation),
+                "position_m": numbers(cluster.position),
+                "rotation": numbers(cluster.rotation),
             }
             for cluster in result.undecided
         ],
@@ -103,11 +103,11 @@ def _solution_to_dict(solution: Solution, names: Sequence[str]) -> Json:
     document: Json = {
         "taut": _names(solution.taut, names),
         "cable_states": [state.value for state in solution.cable_states],
-        "position_m": _numbers(solution.position),
-        "rotation": _numbers(solution.rotation),
-        "height_m": _numbers(solution.height),
-        "tensions_N": _numbers(solution.tensions),
-        "distances_m": _numbers(solution.distances),
+        "position_m": numbers(solution.position),
+        "rotation": numbers(solution.rotation),
+        "height_m": numbers(solution.height),
+        "tensions_N": numbers(solution.tensions),
+        "distances_m": numbers(solution.distances),
         "slack_respected": "undecided" if solution.slack_respected is None else solution.slack_respected,
         "existence": solution.existence.value,
         "uniqueness": solution.uniqueness.value,
@@ -128,9 +128,9 @@ def _solution_to_dict(solution: Solution, names: Sequence[str]) -> Json:
 def _family_to_dict(family: Family) -> Json:
     return {
         "kind": family.kind,
-        "axis_point_m": None if family.axis_point is None else _numbers(family.axis_point),
-        "axis_direction": None if family.axis_direction is None else _numbers(family.axis_direction),
-        "angle_ranges_rad": _numbers(family.angle_ranges),
+        "axis_point_m": None if family.axis_point is None else numbers(family.axis_point),
+        "axis_direction": None if family.axis_direction is None else numbers(family.axis_direction),
+        "angle_ranges_rad": numbers(family.angle_ranges),
     }
 
 
@@ -138,9 +138,10 @@ def _names(indices: Sequence[int], names: Sequence[str]) -> list[str]:
     return [names[index] for index in indices]
 
 
-def _numbers(bounds: Bounds) -> Any:
-    numbers = np.asarray(bounds, dtype=np.float64)
-    return numbers.tolist() if np.isfinite(numbers).all() else _finite(numbers.tolist())
+def numbers(bounds: Bounds) -> Any:
+    """Return bounds as lists, with null for those that are infinite."""
+    values = np.asarray(bounds, dtype=np.float64)
+    return values.tolist() if np.isfinite(values).all() else _finite(values.tolist())
 
 
 def _finite(value: Any) -> Any:

@@ -12,6 +12,7 @@ from cdpr_interval.robots.model import Robot
 from solvers.forward import forward_kinematics
 from solvers.orientation import Quaternion
 from solvers.result import Bounds, CableState, Solution, Stability
+from solvers.result_json import numbers
 from solvers.tracker import Tracker
 
 MOST_PIECES = 20_000
@@ -65,7 +66,7 @@ class MeasuredPose:
             "cable_states": [state.value for state in self.states],
             "position_m": self.position.tolist(),
             "rotation": self.rotation.tolist(),
-            "tensions_N": self.tensions.tolist(),
+            "tensions_N": numbers(self.tensions),
             "stability": self.stability.value,
             "nominal": {"position_m": list(self.point), "quaternion_wxyz": list(self.quaternion)},
         }

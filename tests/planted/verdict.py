@@ -23,9 +23,9 @@ class Verdict(StrEnum):
     """What became of a planted pose."""
 
     FOUND = "found"
-    """In the box of a proved solution with the planted taut cables, the others slack."""
+    """In the box of a proved solution with the planted taut cables, the others slack or switching."""
     UNDECIDED = "undecided"
-    """In an undecided region, or in a proved pose with a cable whose state is open."""
+    """In an undecided region, or in an entry that is not proved or has a cable whose state is open."""
     PENDING = "pending"
     """Not found before a budget ran out."""
     LOST = "LOST"
@@ -36,7 +36,7 @@ def judge(planted: Planted, result: Result) -> Verdict:
     rotation, position = planted_pose(planted)
     com = np.array(planted.robot.platform.centre_of_mass, dtype=np.float64)
     holding = [s for s in result.solutions if holds(s, rotation, position, com)]
-    if any(s.taut == planted.taut and CableState.UNDECIDED not in s.cable_states for s in holding):
+    if any(s.is_decided and agrees(planted, s) for s in holding):
         return Verdict.FOUND
     if any(agrees(planted, s) for s in holding):
         return Verdict.UNDECIDED
@@ -56,7 +56,8 @@ def planted_pose(planted: Planted) -> tuple[Floats, Floats]:
 def agrees(planted: Planted, solution: Solution) -> bool:
     """Return True when no cable state of a solution contradicts the planted one."""
     wanted = [CableState.TAUT if i in planted.taut else CableState.SLACK for i in range(len(planted.lengths))]
-    return all(s in (w, CableState.UNDECIDED) for s, w in zip(solution.cable_states, wanted, strict=True))
+    either = (CableState.UNDECIDED, CableState.SWITCHING)
+    return all(s is w or s in either for s, w in zip(solution.cable_states, wanted, strict=True))
 
 
 def covers(bounds: Bounds, value: Floats) -> bool:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 import random
+import re
 from dataclasses import replace
 from fractions import Fraction
 
@@ -126,6 +127,7 @@ def test_planted_balls_that_touch(count, plane) -> None:
         little = Fraction(1, 10**25)
         shorter = forward_kinematics(model, [lengths[0] - little, *lengths[1:]])
         assert shorter.outcome is Outcome.COMPLETE and "cannot reach" in shorter.message
+        assert re.search(r"lengths, by some \de-\d\d m$", shorter.message)
         longer = forward_kinematics(model, [lengths[0] + little, *lengths[1:]])
         (near,) = longer.solutions
         assert near.is_proved and longer.verify(model) == []

@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from solvers.batch.answer import answer_text, result_document
 from solvers.result import Answer, CableState, Certainty, Outcome, Proof, Result, SubsetReport
 from solvers.result_message import message_of
 from tests import hanging_mass
@@ -176,3 +177,13 @@ def test_a_root_over_ranges_is_a_pose_only_where_its_cables_are_decided():
     assert result.verify() == [f"solutions[0]: {complaint}"]
     assert replace(result, model="point-mass").verify() == []
     assert exact.verify() == []
+
+
+def test_a_ledger_keeps_claims_that_are_not_the_usual_ones():
+    for entry in (hanging_mass.solution(), switching(), replace(hanging_mass.solution(), **OPEN)):
+        result = result_of(answer_of(entry))
+        document = result.to_dict()
+        kept = json.loads(answer_text(result))
+        again = result_document(kept, hanging_mass.robot(), document["question"], document["tool"])
+        assert again["solutions"] == document["solutions"]
+        assert ("existence" in kept["solutions"][0]) is (not entry.is_proved)

@@ -21,7 +21,7 @@ from solvers.report.page import left_open, result_page
 from solvers.report.plots import robot_figure, thinned
 from solvers.report.scene import axis_range, hanging, region, scene
 from solvers.report.source import ResultSource
-from solvers.result import CableState, Undecided
+from solvers.result import CableState, Certainty, Undecided
 from tests.batch_workers import MONTE_CARLO, write
 
 pytest.importorskip("plotly")
@@ -83,6 +83,25 @@ def test_a_scene_has_the_proved_geometry(platform):
             assert lo - 1e-6 <= ends <= hi + 1e-6
             if cable.state is CableState.SLACK:
                 assert measured(cable.points) == pytest.approx(result.lengths[i].mean(), rel=1e-2)
+
+
+def test_what_switches_and_what_nothing_bounds(merlet):
+    """A switching cable is dashed, an unbounded tension is said and drawn as its lower bound."""
+    robot, result = merlet
+    (solution,) = result.solutions
+    tensions = solution.tensions.copy()
+    tensions[0] = 50.0, math.inf
+    states = (CableState.TAUT, CableState.SWITCHING, *solution.cable_states[2:])
+    changed = replace(result, solutions=(replace(solution, tensions=tensions, cable_states=states),))
+    first, second, *_ = scene(robot, changed.solutions[0], result.lengths, 1).cables
+    assert first.text == "c1: taut, 50 N or more" and first.tension == 50.0
+    assert second.text.startswith("c2: switching, ")
+    dashed = [trace.text for trace in robot_figure(robot, changed).data if trace.line.dash == "dash"]
+    assert dashed == [second.text]
+    assert "switching, one pose either way: c2" in result_page(ResultSource(robot, changed, None))
+    assert left_open(changed) == left_open(result)
+    unproved = replace(changed.solutions[0], existence=Certainty.UNDECIDED, note="why")
+    assert "1 entries not proved" in left_open(replace(changed, solutions=(unproved,)))
 
 
 def test_a_region_is_drawn_with_its_twelve_edges():

@@ -16,7 +16,7 @@ from cdpr_interval.errors import InputError, NotSupportedError
 from cdpr_interval.robots.model import Robot
 from solvers import forward_kinematics, inverse_kinematics
 from solvers.orientation import rotation_from_quaternion
-from solvers.result import CableState, Family, Outcome, Result, Solution, Stability
+from solvers.result import CableState, Certainty, Family, Outcome, Result, Solution, Stability
 from solvers.tracked_pose import TrackedPose, TrackStatus
 from solvers.tracker import Tracker
 from tests import hanging_mass
@@ -237,7 +237,9 @@ def test_starts_that_are_refused() -> None:
     robot, one = uc4()[0], stable()
     undecided = replace(one, cable_states=(*one.cable_states[:3], CableState.UNDECIDED))
     family = replace(one, family=Family("rotation", None, None, np.zeros((1, 2, 2))))
-    for start in (undecided, family):
+    switching = replace(one, cable_states=(*one.cable_states[:3], CableState.SWITCHING))
+    unproved = replace(one, uniqueness=Certainty.UNDECIDED)
+    for start in (undecided, family, switching, unproved):
         assert "start: must be one pose, with every cable proved taut or slack" in refused(robot, start)
     other = load_robot("uc3")
     assert "start: has 4 cables, the robot 3" in refused(other, one)

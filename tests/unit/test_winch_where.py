@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import replace
 from fractions import Fraction as F
 
@@ -9,6 +10,7 @@ import numpy as np
 import pytest
 
 from cdpr_interval import load_robot
+from cdpr_interval.robots.reader import parse_robot
 from cdpr_interval.robots.winch import Range
 from scripts import winch_controller
 from solvers import forward_kinematics, inverse_kinematics
@@ -16,6 +18,7 @@ from solvers.pose import Pose, read_pose
 from solvers.result import Stability
 from solvers.winch_path import PathRefused, half_widths_of, plan
 from solvers.winch_where import whereabouts
+from tests import hanging_mass
 from tests.winch_robots import Bench, smooth_path
 
 ROBOT = load_robot("four_winches")
@@ -149,3 +152,16 @@ def test_a_cable_that_may_become_slack_is_refused():
 def test_the_example_controller_proves_every_cycle(capsys):
     assert winch_controller.main() == 0
     assert "305 cycles, 0 not proved" in capsys.readouterr().out
+
+
+def test_what_switches_and_what_nothing_bounds_is_plain_json():
+    robot = parse_robot(hanging_mass.TEXT, "hanging.yaml")
+    just = whereabouts(robot, [(2.0, 2.0), (4.4, 4.5)])
+    (pose,) = just.poses
+    assert just.is_complete and not pose.is_decided
+    assert pose.to_json(robot.cable_names)["cable_states"] == ["taut", "switching"]
+    below = hanging_mass.TEXT.replace("[4, 0, 0]", "[0, 0, -4]")
+    held = whereabouts(parse_robot(below, "below.yaml"), [(2.0, 2.0), (2.0, 2.0)])
+    ((_, most), (least, _)) = held.poses[0].to_json(robot.cable_names)["tensions_N"]
+    assert most is None and least == 0.0
+    assert "Infinity" not in json.dumps(held.poses[0].to_json(robot.cable_names))
