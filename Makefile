@@ -22,12 +22,12 @@ unexport VIRTUAL_ENV PYTHONPATH PYTHONHOME
 help: ## list the targets
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## /  make \1\t/' | expand -t 22
 
-.venv .venv-lowest .venv-latest .venv-tools:
+$(patsubst %,%/bin/python,.venv .venv-lowest .venv-latest .venv-tools):
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' \
 	  || { echo "$(PYTHON) is older than 3.11; name another one: make PYTHON=python3.12 ..." >&2; exit 1; }
-	$(PYTHON) -m venv $@
+	$(PYTHON) -m venv $(@D:/bin=)
 
-$(INSTALLED): pyproject.toml $(LOCK) | $(VENV)
+$(INSTALLED): pyproject.toml $(LOCK) | $(BIN)/python
 	$(BIN)/python $(PIP) --require-hashes --requirement $(LOCK)
 	$(BIN)/python $(PIP) --no-deps --no-build-isolation --editable .
 	@touch $@
@@ -48,10 +48,10 @@ test-slow: $(INSTALLED) ## run the other tests
 test-all: test test-slow ## run every test
 
 test-lowest: RESOLUTION := lowest-direct
-test-lowest: $(UV) .venv-lowest ## run the quick tests with the lowest versions that pyproject.toml allows (Python 3.11)
+test-lowest: $(UV) .venv-lowest/bin/python ## run the quick tests with the lowest versions that pyproject.toml allows (Python 3.11)
 
 test-latest: RESOLUTION := highest
-test-latest: $(UV) .venv-latest ## run the quick tests with the newest versions
+test-latest: $(UV) .venv-latest/bin/python ## run the quick tests with the newest versions
 
 test-lowest test-latest: ENVIRONMENT = .venv-$(@:test-%=%)
 test-lowest test-latest: export NUMBA_CACHE_DIR = $(CURDIR)/$(ENVIRONMENT)/numba
@@ -89,7 +89,7 @@ wheel: $(INSTALLED) ## build the wheel and check what is in it
 schemas: $(INSTALLED) ## write the JSON Schemas anew
 	$(BIN)/python scripts/make_schemas.py
 
-$(UV): | .venv-tools
+$(UV): | .venv-tools/bin/python
 	.venv-tools/bin/python $(PIP) uv
 
 lock: $(UV) ## renew requirements.lock: the newest versions, for every platform and Python, with hashes

@@ -298,6 +298,7 @@ def false_leaves(generator: random.Random) -> list[bytes]:
     ]
 
 
+@pytest.mark.slow
 def test_trees_with_parts_dropped_swapped_or_made_up_are_refused(
     uc2: dict[str, Any], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ):
@@ -407,6 +408,7 @@ def confirmed(found: searches.Searches, leaf: Any) -> bool:
     return True
 
 
+@pytest.mark.slow
 def test_leaves_of_a_large_certificate_are_confirmed(uc3: dict[str, Any]):
     found = searches_of(uc3)
     assert len(found.leaves) > 10_000 and found.open == (0, 0)
@@ -418,6 +420,7 @@ def test_leaves_of_a_large_certificate_are_confirmed(uc3: dict[str, Any]):
         assert confirmed(found, leaf), leaf[1]
 
 
+@pytest.mark.slow
 def test_false_leaves_of_a_large_certificate_are_refused(
     uc3: dict[str, Any], monkeypatch: pytest.MonkeyPatch
 ):
@@ -438,6 +441,7 @@ def test_false_leaves_of_a_large_certificate_are_refused(
         assert new and not all(confirmed(found, leaf) for leaf in new)
 
 
+@pytest.mark.slow
 def test_a_tree_with_swapped_halves_is_refused(uc3: dict[str, Any]):
     generator = random.Random(SEED)
     before = {leaf for _, leaf in searches_of(uc3).leaves}

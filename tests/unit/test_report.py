@@ -215,6 +215,7 @@ def test_report_of_a_result_with_its_certificate(tmp_path):
     assert done.exit_code == 2 and "--robot: missing" in done.stderr
 
 
+@pytest.mark.slow
 def test_report_of_a_batch(tmp_path):
     jobs, folder, out = write(tmp_path, MONTE_CARLO.format(samples=40)), tmp_path / "b", tmp_path / "b.html"
     assert run("batch", jobs, "--out", folder, "-q").exit_code == 0

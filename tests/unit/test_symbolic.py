@@ -142,6 +142,7 @@ def test_the_degrees_of_the_paper():
     assert all(c == 0 for c in simple.coeffs()[1::2])
 
 
+@pytest.mark.slow
 def test_the_factors_76_and_96_are_irreducible():
     found = eliminant(springs(SQUARE))
     assert [f.degree for f in found.factors if f.is_true] == [76] and found.refuted == {2: 96, 4: 1}
