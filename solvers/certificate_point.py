@@ -176,7 +176,8 @@ class Writer:
             weights = [finding.weights.get(i, 0.0) for i in range(len(self.cables))]
             yield {"kind": "weights", "weights": [text(w) for w in weights]}
             return
-        if question.ignore_slack and question.is_point_mass:
+        if question.ignore_slack and question.is_point_mass and question.taut is None:
+            # Asked for alone, a subset cannot be settled by smaller ones: they are not examined.
             yield {"kind": "dependent"}
         if isinstance(finding, Unproved):
             return

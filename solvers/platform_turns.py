@@ -1,4 +1,4 @@
-"""Family poses: the axis of each family, where the other cables are slack, and where it ends."""
+"""Family poses: the axis of each family, and where the other cables are slack."""
 
 from __future__ import annotations
 
@@ -28,15 +28,6 @@ class Axis:
 
     point: arb_mat
     direction: arb_mat
-
-
-@dataclass(frozen=True)
-class FamilyEnd:
-    """A pose of a family at which one more cable is exactly tight, with zero tension."""
-
-    taut: tuple[int, ...]
-    cable: int
-    pose: Pose
 
 
 def turned(pose: Pose, axis: Axis, angle: arb) -> Pose:
@@ -83,18 +74,17 @@ def circles(problem: Problem, taut: tuple[int, ...], pose: Pose, axis: Axis) -> 
     return found
 
 
-def turning_solutions(
+def turning_solution(
     problem: Problem, options: Options, taut: tuple[int, ...], pose: Pose, axis: Axis
-) -> tuple[list[Solution], list[FamilyEnd]]:
-    """Return a one-axis family (one entry, or none where no angle leaves the others slack) and its ends."""
+) -> Solution | None:
+    """Return a one-axis family, or None where no angle leaves the others slack."""
     around = circles(problem, taut, pose, axis)
-    ends = [FamilyEnd(taut, c.cable, turned(pose, axis, angle)) for c in around for angle in crossings(c)]
     full = [Arc(ArcEnd(-arb.pi(), None), ArcEnd(arb.pi(), None))]
     arcs: list[Arc] | None
     states: dict[int, bool | None]
     if options.ignore_slack:
-        # A full turn; whether the others are slack is said of the listed pose.
-        arcs, states = full, {}
+        # A full turn; another cable is not slack when it is too long at some angle.
+        arcs, states = full, {c.cable: always(c) for c in around}
     else:
         arcs = common_arcs(around)
         states = {c.cable: True for c in around}
@@ -102,10 +92,10 @@ def turning_solutions(
             arcs = full
             states = {c.cable: everywhere(c) for c in around}
             if any(s is False for s in states.values()):
-                return [], ends
+                return None
             states = {c: s or None for c, s in states.items()}
     if not arcs:
-        return [], ends
+        return None
     longest = max(arcs, key=lambda a: float(a.width.mid()))
     zero = ((longest.start.angle + longest.end.angle) / 2).mid()
     if arcs is not full and any(a.start.cable is not None for a in arcs):
@@ -121,7 +111,7 @@ def turning_solutions(
         ),
     )
     motion = turning(axis.point, axis.direction, pose.centre)
-    found = pose_solution(
+    return pose_solution(
         problem,
         options,
         taut,
@@ -131,7 +121,6 @@ def turning_solutions(
         family_motions=[motion],
         slack_everywhere=states,
     )
-    return ([] if found is None else [found]), ends
 
 
 def everywhere(c: Circle) -> bool | None:
@@ -140,10 +129,10 @@ def everywhere(c: Circle) -> bool | None:
     return arc if isinstance(arc, bool) else None
 
 
-def crossings(c: Circle) -> list[arb]:
-    """Return the angles at which a cable is exactly tight."""
+def always(c: Circle) -> bool | None:
+    """Return True where a cable is slack at every angle, False where it is too long at some."""
     arc = c.arc()
-    return [arc.start.angle, arc.end.angle] if isinstance(arc, Arc) else []
+    return False if isinstance(arc, Arc) else arc
 
 
 def torus_solutions(
@@ -191,7 +180,9 @@ def free_turning_solution(
         far = balls.norm(balls.fractions(cable.frame_anchor) - pose.centre)
         arm = balls.norm(balls.fractions(problem.anchors_from_centre[j]))
         length = length_ball(problem, j)
-        states[j] = True if far + arm < length else False if abs(far - arm) > length else None
+        # With slackness ignored all rotations are listed, and one at which a cable is too long says so.
+        least = far + arm if options.ignore_slack else abs(far - arm)
+        states[j] = True if far + arm < length else False if least > length else None
     family = Family("all-rotations", None, None, np.zeros((0, 2, 2)))
     unit = balls.identity()
     motions = [balls.vector([0, 0, 0, *(unit[i, k] for i in range(3))]) for k in range(3)]
