@@ -35,7 +35,7 @@ class Options:
 
 
 def run(file: str | bytes, options: Options) -> int:
-    """Check a file (or its bytes), print the outcome (quiet: its first line only) and return the exit code."""
+    """Check a file (or its bytes), print the outcome (quiet: one line) and return the exit code."""
     shown = sys.stderr.isatty() and not options.quiet
 
     def progress(done: int, total: int) -> None:
@@ -77,7 +77,7 @@ def main() -> int:
     parser = argparse.ArgumentParser("python -m certificates", description=ABOUT)
     parser.add_argument("file", metavar="FILE")
     parser.add_argument("--sample", type=count, metavar="N", help="check so many cells, chosen at random")
-    parser.add_argument("--seed", type=int, metavar="S", help="draw the sample that another check has printed")
+    parser.add_argument("--seed", type=int, metavar="S", help="draw the sample another check has printed")
     parser.add_argument("--threads", type=count, default=1, metavar="N", help="number of processes")
     parser.add_argument("--time-limit", type=positive, metavar="S", help="stop after so many seconds")
     size = "largest file and document [default: 64]"
@@ -87,7 +87,8 @@ def main() -> int:
     return run(given.pop("file"), Options(**{**given, "size_limit": given["size_limit"] * MIB}))
 
 
-ABOUT = "Check a certificate. Exit code: 0 proved, 3 in part or not all was checked, 5 not proved, 2 no certificate."
+ABOUT = """Check a certificate. Exit code: 0 proved; 3 in part, or not all was checked; 5 not proved; 2 no
+certificate."""
 
 if __name__ == "__main__":
     try:

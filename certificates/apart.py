@@ -59,8 +59,8 @@ def place(problem: Problem, listed: Listed) -> Place:
 def may_belong(family: Listed, here: Place, there: Place) -> bool:
     """Return False when a place is proved to hold no pose of a family that is listed elsewhere.
 
-    A pose (R, c) that turns about the axis through q along n keeps n . c, R^T n and the way from the axis to c as
-    the body sees it, R^T (I - n n^T) (c - q). Of all rotations c alone is kept.
+    A pose (R, c) that turns about the axis through q along n keeps n . c, R^T n and the way from the axis
+    to c as the body sees it, R^T (I - n n^T) (c - q). Of all rotations c alone is kept.
     """
     assert family.family is not None
     turning = family.family

@@ -78,6 +78,7 @@ def check(
         report = replace(report, verdict=Verdict.NOT_PROVED, message=str(error) or type(error).__name__)
     return replace(report, seconds=time.monotonic() - start)
 
+
 def reports(
     certificate: Certificate, report: Report, sample: int | None, run: Callable[[Iterator[Chunk]], Results]
 ) -> Iterator[Report]:
@@ -116,7 +117,7 @@ def chunks(certificate: Certificate, cells: Sequence[int], chosen: Sequence[int]
     """Yield the cells of all subsets, of which there are so many each, or those chosen of them, in order."""
     first = 0
     for k, count in enumerate(cells):
-        wanted = range(count)
+        wanted: Container[int] = range(count)
         if chosen is not None:
             own = chosen[bisect_left(chosen, first) : bisect_left(chosen, first + count)]
             wanted = {i - first for i in own}

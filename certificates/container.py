@@ -16,7 +16,7 @@ HEAD = b"cdpr-certificate/1 sha256:"
 LIMIT = 2**26
 """Most bytes of a document, and of its file, unless more is asked for: gzip packs a thousand into one."""
 BYTES_PER_VALUE = 32
-"""A document has at most one value for so many bytes of the limit: a value takes up to 100 bytes of memory."""
+"""A document has at most one value for so many bytes of the limit: a value takes up to 100 of memory."""
 
 
 def read(path: str | Path) -> dict[str, Any]:

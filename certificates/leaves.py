@@ -54,9 +54,7 @@ def confirmed(search: Search, leaf: Leaf, cell: Cell) -> bool:
         return holds(search, leaf, cell, turned, entries[3:])
     if leaf.node is Node.NO_POSITION:
         return no_position(turned)
-    return all(
-        on_side(search, leaf, cell, turned, side) for side in ((cell.side,) if cell.side else (1, -1))
-    )
+    return all(on_side(search, leaf, cell, turned, side) for side in ((cell.side,) if cell.side else (1, -1)))
 
 
 def on_side(search: Search, leaf: Leaf, cell: Cell, turned: Turned, side: int) -> bool:

@@ -76,7 +76,7 @@ worker: list[Worker] = []
 
 
 def start_worker(content: bytes, limit: int, end: float) -> None:
-    """Read the certificate in a process, which leaves interrupts to its parent and ends at ``time.time()``."""
+    """Read the certificate in a process, which leaves interrupts to its parent; ``end`` is a `time.time`."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     clock.END.set(time.monotonic() + end - time.time())
     worker.append(Worker(Certificate(content, limit)))

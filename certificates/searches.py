@@ -74,7 +74,8 @@ class Search:
         pose = None if found["pose"] is None else index_of(found["pose"], solutions, "pose")
         root = Root(index_of(found["chart"], 4, "chart"), box, pose)
         flat = self.flat(root.chart)
-        if flat is None or any(box[k] != (0.0, 0.0) if k in flat else box[k][0] == box[k][1] for k in range(6)):
+        points = [k for k, (lo, hi) in enumerate(box) if lo == hi]
+        if flat is None or points != sorted(flat) or any(box[k] != (0.0, 0.0) for k in points):
             raise Malformed("root: its box does not fit its chart, or has no width")
         return root
 
@@ -127,7 +128,7 @@ class Search:
     def lies_in(self, values: list[arb], root: Root) -> bool:
         """Return True when a pose (u, x) of this search is proved to lie in a root's box.
 
-        The entries that the symmetry fixes are exactly 0 at such a pose, so that nothing need be shown of them.
+        The entries that the symmetry fixes are exactly 0 at such a pose: nothing need be shown of them.
         """
         flat = self.flat(root.chart)
         assert flat is not None

@@ -59,9 +59,10 @@ def classify(problem: Problem, taut: tuple[int, ...]) -> Kind:
         return Kind.ONE_POINT if any(points[0]) else Kind.FREE
     vertical = not any(any(cross(minus(a, exits[0]), problem.load)) for a in exits)
     rod = not any(any(cross(b, c)) for b, c in combinations(points, 2))
-    # With one symmetry the moment about its line is 0 for all wrenches, whose rank is 5 at most. With both, and
-    # t >= 0, balance puts the two lines into one plane: sum t_i p_i is horizontally 0 from the line along the
-    # load, the p_i lie on the other line, and so does their mean. The wrenches of forces in a plane have rank 3.
+    # One symmetry: the moment about its line is 0 for all wrenches, their rank is 5 at most. Both, with
+    # t >= 0: balance puts the two lines into one plane, as the mean of the platform points with weights t
+    # lies on both (seen from the line along the load, sum t_i p_i has no horizontal part). Forces in a
+    # plane have rank 3.
     if len(taut) > (3 if vertical and rod else 5 if vertical or rod else 6):
         return Kind.DEPENDENT
     if vertical or rod:

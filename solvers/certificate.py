@@ -10,7 +10,7 @@ import numpy as np
 
 from cdpr_interval.robots.model import Robot
 from certificates.problem import FORMAT
-from solvers.certificate_point import widened
+from solvers.certificate_point import widened, written_states
 from solvers.problem import Options, Problem
 from solvers.result import Bounds, Family, Result, Solution
 from solvers.tool import this_tool
@@ -33,6 +33,8 @@ def hindrance(solution: Solution) -> str | None:
         return "families about two axes are not certified"
     if not all(np.isfinite(getattr(solution, name)).all() for name in FIELDS):
         return "its bounds are not finite"
+    if getattr(solution, "existence", "proved") != "proved" and "undecided" not in written_states(solution):
+        return "its existence is not proved"  # an entry of decided cables would be counted
     return None
 
 
@@ -141,7 +143,7 @@ def solution_document(solution: Solution) -> Json:
     """Return a solution with its bounds as exact doubles."""
     return {
         "taut": list(solution.taut),
-        "states": [str(state) for state in solution.cable_states],
+        "states": list(written_states(solution)),
         "position_m": doubles(solution.position),
         "rotation": doubles(solution.rotation),
         "height_m": doubles(solution.height),

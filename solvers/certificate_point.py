@@ -353,6 +353,15 @@ def exact(x: Fraction) -> fmpq:
     return fmpq(x.numerator, x.denominator)
 
 
+def written_states(solution: Solution) -> tuple[str, ...]:
+    """Return the states of a solution's cables in the format's words.
+
+    Of a switching cable the format cannot say at which lengths it is taut: it is undecided there.
+    """
+    known = {"taut": "taut", "slack": "slack"}
+    return tuple(known.get(str(state), "undecided") for state in solution.cable_states)
+
+
 def listed_solution(solution: Solution) -> Listed:
     """Return a solution as the checker reads it from a certificate."""
     family = None
@@ -366,7 +375,7 @@ def listed_solution(solution: Solution) -> Listed:
         )
     return Listed(
         taut=solution.taut,
-        states=tuple(str(state) for state in solution.cable_states),
+        states=written_states(solution),
         position=pairs(solution.position),
         rotation=[pairs(row) for row in solution.rotation],
         height=pairs(solution.height[None])[0],

@@ -28,8 +28,8 @@ from certificates.geometry import Turned
 from certificates.leaves import confirmed, longest
 from certificates.problem import Listed
 from certificates.problem import Problem as Question
-from certificates.roots import System
 from certificates.root_claims import check_root
+from certificates.roots import System
 from certificates.searches import Root as Claimed
 from certificates.searches import Search
 from certificates.tree import Cell, Leaf, Node

@@ -1,4 +1,4 @@
-"""Family poses: the axis of each family, and where the other cables are slack."""
+"""Family poses: the axis of each family, where the other cables are slack, and where it ends."""
 
 from __future__ import annotations
 
@@ -28,6 +28,15 @@ class Axis:
 
     point: arb_mat
     direction: arb_mat
+
+
+@dataclass(frozen=True)
+class FamilyEnd:
+    """A pose of a family at which one more cable is exactly tight, with zero tension."""
+
+    taut: tuple[int, ...]
+    cable: int
+    pose: Pose
 
 
 def turned(pose: Pose, axis: Axis, angle: arb) -> Pose:
@@ -74,11 +83,12 @@ def circles(problem: Problem, taut: tuple[int, ...], pose: Pose, axis: Axis) -> 
     return found
 
 
-def turning_solution(
+def turning_solutions(
     problem: Problem, options: Options, taut: tuple[int, ...], pose: Pose, axis: Axis
-) -> Solution | None:
-    """Return a one-axis family, or None where no angle leaves the others slack."""
+) -> tuple[list[Solution], list[FamilyEnd]]:
+    """Return a one-axis family (one entry, or none where no angle leaves the others slack) and its ends."""
     around = circles(problem, taut, pose, axis)
+    ends = [FamilyEnd(taut, c.cable, turned(pose, axis, angle)) for c in around for angle in crossings(c)]
     full = [Arc(ArcEnd(-arb.pi(), None), ArcEnd(arb.pi(), None))]
     arcs: list[Arc] | None
     states: dict[int, bool | None]
@@ -92,10 +102,10 @@ def turning_solution(
             arcs = full
             states = {c.cable: everywhere(c) for c in around}
             if any(s is False for s in states.values()):
-                return None
+                return [], ends
             states = {c: s or None for c, s in states.items()}
     if not arcs:
-        return None
+        return [], ends
     longest = max(arcs, key=lambda a: float(a.width.mid()))
     zero = ((longest.start.angle + longest.end.angle) / 2).mid()
     if arcs is not full and any(a.start.cable is not None for a in arcs):
@@ -111,7 +121,7 @@ def turning_solution(
         ),
     )
     motion = turning(axis.point, axis.direction, pose.centre)
-    return pose_solution(
+    found = pose_solution(
         problem,
         options,
         taut,
@@ -121,6 +131,7 @@ def turning_solution(
         family_motions=[motion],
         slack_everywhere=states,
     )
+    return ([] if found is None else [found]), ends
 
 
 def everywhere(c: Circle) -> bool | None:
@@ -133,6 +144,12 @@ def always(c: Circle) -> bool | None:
     """Return True where a cable is slack at every angle, False where it is too long at some."""
     arc = c.arc()
     return False if isinstance(arc, Arc) else arc
+
+
+def crossings(c: Circle) -> list[arb]:
+    """Return the angles at which a cable is exactly tight."""
+    arc = c.arc()
+    return [arc.start.angle, arc.end.angle] if isinstance(arc, Arc) else []
 
 
 def torus_solutions(

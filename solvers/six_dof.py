@@ -11,7 +11,7 @@ from cdpr_interval.engine.search import Report
 from solvers import balls
 from solvers.platform_clusters import anywhere, clusters
 from solvers.platform_families import Classification, Kind
-from solvers.platform_frame import Pose, pose_of
+from solvers.platform_frame import Pose, lies_in, pose_of
 from solvers.platform_merge import absorb, distinct, is_open, shared
 from solvers.platform_parts import put_together
 from solvers.platform_point import point_solution, poses_at
@@ -29,10 +29,11 @@ from solvers.platform_solution import (
 from solvers.platform_subset import SubsetSearch
 from solvers.platform_turns import (
     Axis,
+    FamilyEnd,
     axes_of,
     free_turning_solution,
     torus_solutions,
-    turning_solution,
+    turning_solutions,
 )
 from solvers.problem import Options, Problem, Progress
 from solvers.result import Answer, Outcome, Solution, StopReason, SubsetReport, Undecided
@@ -65,7 +66,7 @@ def solve(problem: Problem, options: Options) -> Answer:
 
 
 def subsets(problem: Problem) -> list[tuple[int, ...]]:
-    """Return the taut subsets to examine, smallest first."""
+    """Return the taut subsets to examine, smallest first: families must be known before their ends."""
     if problem.taut is not None:
         return [problem.taut]
     count = len(problem.robot.cables)
@@ -84,7 +85,7 @@ class Found:
 
 
 class Run:
-    """One forward-kinematics run: the subsets share a budget."""
+    """One forward-kinematics run: the subsets share a budget, and families are remembered by their ends."""
 
     def __init__(self, problem: Problem, options: Options) -> None:
         self.problem = problem
@@ -94,6 +95,9 @@ class Run:
         self.found: list[tuple[tuple[int, ...], Found, float]] = []
         self.stopped: Stop | None = None
         """Why a search ended early, here or elsewhere."""
+        self.ends: list[FamilyEnd] = []
+        self.ends_known = problem.taut is None
+        """Smaller subsets come first; of one subset alone the parts are solved when they are needed."""
         self.robot = prepared(problem)
         self.lengths = lengths_of(problem)
 
@@ -106,6 +110,20 @@ class Run:
         else:
             self.examine(taut, found)
         self.found.append((taut, found, time.perf_counter() - started))
+
+    def remember_ends(self, taut: tuple[int, ...]) -> None:
+        """Solve the families one cable smaller, when only one subset is asked for.
+
+        Their ends are its roots with a tension of exactly zero.
+        """
+        self.ends_known = True
+        for missing in taut:
+            part = tuple(i for i in taut if i != missing)
+            if not part:
+                continue
+            kind = kind_of(self.robot, part)
+            if kind.kind is Kind.ONE_POINT or (kind.kind is Kind.PLANE and (kind.vertical or kind.rod)):
+                self.examine(part, Found())
 
     def examine(self, taut: tuple[int, ...], found: Found) -> None:
         """Dispatch on the kind of the subset."""
@@ -137,9 +155,10 @@ class Run:
                 self.add_turning(taut, pose, axes_of(self.problem, taut, kind, pose)[0], found)
 
     def add_turning(self, taut: tuple[int, ...], pose: Pose, axis: Axis, found: Found) -> None:
-        """Add a one-axis family, unless no angle leaves the others slack."""
-        solution = turning_solution(self.problem, self.options, taut, pose, axis)
-        found.solutions += [] if solution is None else [solution]
+        """Add a one-axis family and remember its ends."""
+        solutions, ends = turning_solutions(self.problem, self.options, taut, pose, axis)
+        found.solutions += solutions
+        self.ends += ends
 
     def search(
         self, taut: tuple[int, ...], kind: Classification, frame: int, reduced: Reduced, found: Found
@@ -195,8 +214,7 @@ class Run:
         axes = axes_of(self.problem, taut, kind, pose)
         if not axes:
             solution = pose_solution(self.problem, self.options, taut, pose)
-            # At the end of a smaller subset's family a tension is zero: listed, that cable undecided.
-            if solution is not None:
+            if solution is not None and not (is_open(solution) and self.is_end(taut, reduced, root)):
                 found.solutions.append(solution)
         elif any(t < 0 for t in pose.densities):
             return
@@ -204,6 +222,25 @@ class Run:
             self.add_turning(taut, pose, axes[0], found)
         else:
             found.solutions += torus_solutions(self.problem, self.options, taut, pose, axes)
+
+    def is_end(self, taut: tuple[int, ...], reduced: Reduced, root: Root) -> bool:
+        """Return True when the root is the end of a smaller subset's family: a pose already covered.
+
+        The end solves the larger subset's equations, and the root's box holds one solution at most. Of two
+        cables that box is flat: near its plane is not in it. Such a pose is listed, its cable undecided.
+        """
+        if len(taut) == 2:
+            return False
+        if not self.ends_known:
+            self.remember_ends(taut)
+        for end in self.ends:
+            if {*end.taut, end.cable} != set(taut):
+                continue
+            known = dict(zip(end.taut, end.pose.densities, strict=True))
+            densities = tuple(known[i] if i in known else 0 * end.pose.densities[0] for i in taut)
+            if lies_in(Pose(end.pose.rotation, end.pose.centre, densities), reduced.frame, root):
+                return True
+        return False
 
     def reporter(self, found: Found) -> Report | None:
         """Return the callback that turns a search's state into a ``Progress``."""
