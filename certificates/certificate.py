@@ -10,7 +10,7 @@ from flint import ctx
 
 from certificates.balls import BITS
 from certificates.clock import OutOfTime
-from certificates.container import LIMIT, unpack
+from certificates.container import unpack
 from certificates.families import check_one_point_family
 from certificates.literals import entry_of, list_of, text_of
 from certificates.point_mass import check_point
@@ -28,7 +28,7 @@ Cell = tuple[int, int, Leaf]
 class Certificate:
     """A certificate that was read, but for the proofs in it."""
 
-    def __init__(self, content: bytes, limit: int = LIMIT) -> None:
+    def __init__(self, content: bytes, limit: int | None = None) -> None:
         document = unpack(content, limit)
         self.problem = read_problem(document)
         self.question = described(document, self.problem)

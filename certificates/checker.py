@@ -15,7 +15,7 @@ from pathlib import Path
 from certificates import clock
 from certificates.apart import is_decided, require_apart
 from certificates.certificate import Certificate, about
-from certificates.container import LIMIT, load
+from certificates.container import load
 from certificates.processes import Chunk, in_turn, together
 from certificates.verdicts import Malformed, NotProved, Report, Verdict
 
@@ -32,7 +32,7 @@ def check(
     seed: int | None = None,
     threads: int = 1,
     time_limit: float | None = None,
-    size_limit: int = LIMIT,
+    size_limit: int | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> Report:
     """Check a certificate file.
@@ -50,7 +50,7 @@ def check(
     time_limit
         Seconds.
     size_limit
-        Most bytes of the file and of the document in it.
+        Most bytes of the file and of the document in it; default 64 MiB.
     progress
         Called with the numbers of cells checked and to be checked.
     """

@@ -24,23 +24,25 @@ def read(path: str | Path) -> dict[str, Any]:
     return unpack(load(path))
 
 
-def load(path: str | Path, limit: int = LIMIT) -> bytes:
+def load(path: str | Path, limit: int | None = None) -> bytes:
     """Return the bytes of a file."""
+    limit = limit or LIMIT
     try:
         with Path(path).open("rb") as file:
             content = file.read(limit + 1)
         if len(content) > limit:
-            raise Malformed(f"the file has more than {limit} bytes")
+            raise Malformed(f"the file is too large (over {limit} bytes)")
         return content
     except (OSError, ValueError) as error:
         raise Malformed(f"cannot be read: {getattr(error, 'strerror', None) or error}") from None
 
 
-def unpack(content: bytes, limit: int = LIMIT) -> dict[str, Any]:
+def unpack(content: bytes, limit: int | None = None) -> dict[str, Any]:
     """Return the document in a file's bytes.
 
     Memory: about ten times the limit, whatever the content.
     """
+    limit = limit or LIMIT
     line, _, body = content.partition(b"\n")
     if line != HEAD + hashlib.sha256(body).hexdigest().encode():
         raise Malformed("the first line is not that of a certificate with this content")
@@ -48,9 +50,9 @@ def unpack(content: bytes, limit: int = LIMIT) -> dict[str, Any]:
     try:
         text = stream.decompress(body, limit)
         if not stream.eof or stream.unused_data:
-            raise Malformed(f"the content has more than {limit} bytes or is not exactly one gzip stream")
+            raise Malformed(f"the content is too large (over {limit} bytes) or not exactly one gzip stream")
         if sum(map(text.count, (b",", b"[", b"{"))) > limit // BYTES_PER_VALUE:
-            raise Malformed(f"the content has more than {limit // BYTES_PER_VALUE} values")
+            raise Malformed(f"the content has too many values (over {limit // BYTES_PER_VALUE})")
         document = json.loads(text.decode(), object_pairs_hook=without_duplicates, parse_constant=refused)
     except (zlib.error, ValueError, RecursionError) as error:
         raise Malformed(f"the content is not gzip of JSON: {ascii(str(error))[1:80]}") from None

@@ -46,7 +46,7 @@ def in_turn(certificate: Certificate, chunks: Iterator[Chunk]) -> Iterator[tuple
         yield len(chunk[1]), one.check(chunk)
 
 
-def together(content: bytes, limit: int, chunks: Iterator[Chunk], count: int) -> Iterator[tuple[int, int]]:
+def together(content: bytes, limit: int | None, chunks: Iterator[Chunk], count: int) -> Iterator[tuple[int, int]]:
     """Yield the same, in any order, of so many processes."""
     left = clock.left()
     given = (content, limit, math.inf if left is None else time.time() + left)
@@ -75,7 +75,7 @@ worker: list[Worker] = []
 """Of this process, if it is one of several."""
 
 
-def start_worker(content: bytes, limit: int, end: float) -> None:
+def start_worker(content: bytes, limit: int | None, end: float) -> None:
     """Read the certificate in a process, which leaves interrupts to its parent; ``end`` is a `time.time`."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     clock.END.set(time.monotonic() + end - time.time())
