@@ -46,7 +46,9 @@ def in_turn(certificate: Certificate, chunks: Iterator[Chunk]) -> Iterator[tuple
         yield len(chunk[1]), one.check(chunk)
 
 
-def together(content: bytes, limit: int | None, chunks: Iterator[Chunk], count: int) -> Iterator[tuple[int, int]]:
+def together(
+    content: bytes, limit: int | None, chunks: Iterator[Chunk], count: int
+) -> Iterator[tuple[int, int]]:
     """Yield the same, in any order, of so many processes."""
     left = clock.left()
     given = (content, limit, math.inf if left is None else time.time() + left)

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 from flint import arb, arb_mat, ctx
 
-from certificates.balls import BITS, all_inside, column, hull, minus
+from certificates.balls import BITS, all_inside, column, hull, minus, norm
 from certificates.claims import Pose, check_pose, check_respected, claimed
 from certificates.clock import in_time
 from certificates.problem import Listed, Problem
@@ -44,7 +44,7 @@ class Circle:
 
     def most(self) -> arb:
         """Enclose the largest excess of all angles."""
-        return self.constant + (self.cosine**2 + self.sine**2).nonnegative_part().sqrt()
+        return self.constant + norm([self.cosine, self.sine])
 
 
 def circle(problem: Problem, i: int, pose: Pose, point: arb_mat, direction: arb_mat) -> Circle:
