@@ -72,7 +72,7 @@ def renumbered(document: Document, number: Callable[[int | None], int | None]) -
 
 
 def dropped(document: Document, k: int, instead: int | None = None) -> Document:
-    """Return a document without a solution; what pointed to it points to another one, or says that it is none."""
+    """Return a document without a solution; what pointed to it points to another one or to none."""
     found = renumbered(document, lambda p: instead if p == k else p)
     found = renumbered(found, lambda p: p - 1 if p is not None and p > k else p)
     del found["solutions"][k]
@@ -94,7 +94,7 @@ def searches(document: Document) -> Iterator[Document]:
 
 
 def with_another(document: Document, k: int, solution: Document) -> Document:
-    """Return a document with one more solution, to which something points as to solution k, or a null does."""
+    """Return a document with one more solution: roots point to it as to solution k, or a null does."""
     found = copy.deepcopy(document)
     found["solutions"].append(solution)
     new = len(found["solutions"]) - 1
@@ -261,7 +261,7 @@ def families_changed(document: Document, generator: random.Random) -> Iterator[F
         yield Forgery(f"a full turn of {k}", other(angle_ranges_rad=turn), not full)
         axis = [float.fromhex(lo) for lo, _ in family["axis_direction"]]
         across = min(range(3), key=lambda i: abs(axis[i]))
-        point = [[v for v in b] for b in family["axis_point_m"]]
+        point = list(map(list, family["axis_point_m"]))
         point[across] = hexed(*(float.fromhex(v) + BY for v in point[across]))
         yield Forgery(f"axis of {k} elsewhere", other(axis_point_m=point), True)
         back = [hexed(-float.fromhex(hi), -float.fromhex(lo)) for lo, hi in family["axis_direction"]]
@@ -394,7 +394,7 @@ def havoc(document: Document, generator: random.Random) -> Forgery:
 
 
 def inner_places(document: Document) -> Iterator[tuple[Any, Any]]:
-    """Yield (list or object, key) of all values in solutions and subsets, lists and keys before what they hold."""
+    """Yield (list or object, key) of all values in solutions and subsets."""
     waiting: list[Any] = [document["solutions"], document["subsets"]]
     while waiting:
         value = waiting.pop()

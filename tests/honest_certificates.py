@@ -1,4 +1,4 @@
-"""Honest certificates of every class, small enough to be checked hundreds of times, and the truth about each."""
+"""Honest certificates of every class, small enough to be checked hundreds of times, and what is true."""
 
 from __future__ import annotations
 
