@@ -1,9 +1,11 @@
 """The verdict on a whole certificate: what must be there, and what a failure of any kind means."""
 
 import copy
+import importlib
 import os
 import re
 import time
+from pathlib import Path
 
 import pytest
 
@@ -214,6 +216,21 @@ def test_an_interrupt_is_not_a_verdict(tmp_path, monkeypatch):
     monkeypatch.setattr(certificate, "check_point", interrupt)
     with pytest.raises(KeyboardInterrupt):
         check(tmp_path, hanging())
+
+
+def test_every_function_in_the_table_of_rules_exists():
+    page = (Path(__file__).parents[2] / "docs" / "certificate.md").read_text(encoding="utf-8")
+    table = page.split("| rule | theorem |")[1].split("\n\n")[0]
+    names = [
+        name for row in table.splitlines()[2:] for name in re.findall(r"`([\w.]+)`", row.rsplit("|", 2)[1])
+    ]
+    assert len(names) > 30
+    for name in names:
+        module, *path = name.split(".")
+        found = importlib.import_module(f"certificates.{module}")
+        for part in path:
+            found = getattr(found, part)
+        assert found.__doc__, name
 
 
 def test_lines_are_ascii():
