@@ -15,6 +15,7 @@ from certificates.verdicts import Malformed
 HEAD = b"cdpr-certificate/1 sha256:"
 LIMIT = 2**26
 """Most bytes of a document, and of its file, unless more is asked for: gzip packs a thousand into one."""
+TOO_LARGE = "too large (over {} bytes; --size-limit allows more)"
 BYTES_PER_VALUE = 32
 """A document has at most one value for so many bytes of the limit: a value takes up to 100 of memory."""
 
@@ -31,7 +32,7 @@ def load(path: str | Path, limit: int | None = None) -> bytes:
         with Path(path).open("rb") as file:
             content = file.read(limit + 1)
         if len(content) > limit:
-            raise Malformed(f"the file is too large (over {limit} bytes)")
+            raise Malformed(f"the file is {TOO_LARGE.format(limit)}")
         return content
     except (OSError, ValueError) as error:
         raise Malformed(f"cannot be read: {getattr(error, 'strerror', None) or error}") from None
@@ -50,7 +51,7 @@ def unpack(content: bytes, limit: int | None = None) -> dict[str, Any]:
     try:
         text = stream.decompress(body, limit)
         if not stream.eof or stream.unused_data:
-            raise Malformed(f"the content is too large (over {limit} bytes) or not exactly one gzip stream")
+            raise Malformed(f"the content is {TOO_LARGE.format(limit)}, or not exactly one gzip stream")
         if sum(map(text.count, (b",", b"[", b"{"))) > limit // BYTES_PER_VALUE:
             raise Malformed(f"the content has too many values (over {limit // BYTES_PER_VALUE})")
         document = json.loads(text.decode(), object_pairs_hook=without_duplicates, parse_constant=refused)

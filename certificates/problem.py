@@ -161,7 +161,7 @@ def read_cable(value: Any, centre: Exact) -> tuple[str, Exact, Exact, tuple[fmpq
     needed(spring is None or spring[0] > 0, "a stiffness is not positive")
     point = [b - c for b, c in zip(exacts(found["platform_anchor_m"], 3), centre, strict=True)]
     name = text_of(found["name"], "name")
-    needed(CABLE_NAME.fullmatch(name) is not None, f"{ascii(name)[:40]} is no name of a cable")
+    needed(CABLE_NAME.fullmatch(name) is not None, f"{quoted(name)} is no name of a cable")
     return name, exacts(found["frame_anchor_m"], 3), point, spring
 
 

@@ -34,6 +34,7 @@ class Report:
     complete: bool
     """With PROVED: nothing is left open, so there is no other pose."""
     solutions: int
+    """That are listed: poses or families, where nothing is undecided."""
     subsets: int
     leaves: int
     """Cells of all search trees."""
@@ -58,7 +59,7 @@ class Report:
         return [
             f"{self.verdict}{partial}: {self.message}".encode("ascii", "backslashreplace").decode(),
             *self.question,
-            f"{self.solutions} solutions, {self.subsets} subsets, {self.leaves} cells",
+            f"{self.solutions} entries, {self.subsets} subsets, {self.leaves} cells",
             f"{self.checked} cells checked in {self.parts} parts, {self.seconds:.2f} s{drawn}",
             f"{self.pending} pending, {self.undecided} undecided",
         ]

@@ -24,7 +24,7 @@ QUICK = (
 )
 """Classes of the quick tests, each with so many forgeries."""
 FEW = 12
-HAVOC = 60
+HAVOC = 30
 
 
 def require_truth(honest: Honest, forgery: Forgery) -> None:
