@@ -6,6 +6,7 @@ then have poses of their own in one box.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from itertools import chain
 
 from flint import arb_mat, ctx
@@ -26,20 +27,31 @@ def is_decided(listed: Listed) -> bool:
 
 def require_apart(problem: Problem, solutions: list[Listed]) -> None:
     """Raise NotProved where two solutions may be one pose, or one a pose of the other's family."""
-    decided = [(k, s) for k, s in enumerate(solutions, 1) if is_decided(s)]
-    require_boxes_apart([(k, s) for k, s in decided if s.family is None])
+    for j, k in meeting(problem, solutions):
+        raise NotProved(f"solutions {min(j, k) + 1} and {max(j, k) + 1} may be the same")
+
+
+def meeting(problem: Problem, solutions: list[Listed]) -> Iterator[tuple[int, int]]:
+    """Yield the pairs of decided solutions that may be the same.
+
+    With slackness asked for, a family differs from all solutions with other taut cables: a cable that is taut
+    in one is slack in the other.
+    """
+    decided = [(k, s) for k, s in enumerate(solutions) if is_decided(s)]
+    yield from meeting_boxes([(k, s) for k, s in decided if s.family is None])
     with ctx.workprec(BITS):
         families = [(k, s, place(problem, s)) for k, s in decided if s.family is not None]
-        others = [(k, place(problem, s)) for k, s in decided] if families else []
+        others = [(k, s, place(problem, s)) for k, s in decided] if families else []
         for k, family, here in families:
-            for j, there in others:
+            for j, other, there in others:
                 in_time()
-                if j != k and may_belong(family, here, there):
-                    raise NotProved(f"solutions {min(j, k)} and {max(j, k)} may be the same")
+                asked = problem.ignore_slack or family.taut == other.taut
+                if j != k and asked and may_belong(family, here, there):
+                    yield k, j
 
 
-def require_boxes_apart(single: list[tuple[int, Listed]]) -> None:
-    """Raise NotProved where two boxes of numbered solutions meet."""
+def meeting_boxes(single: list[tuple[int, Listed]]) -> Iterator[tuple[int, int]]:
+    """Yield the pairs of numbered solutions whose boxes meet."""
     boxes = sorted(([*s.position, *chain(*s.rotation)], k) for k, s in single)
     for n, (a, k) in enumerate(boxes):
         in_time()
@@ -47,7 +59,7 @@ def require_boxes_apart(single: list[tuple[int, Listed]]) -> None:
             if b[0][0] > a[0][1]:
                 break
             if all(x[0] <= y[1] and y[0] <= x[1] for x, y in zip(a, b, strict=True)):
-                raise NotProved(f"solutions {min(j, k)} and {max(j, k)} may be the same")
+                yield k, j
 
 
 def place(problem: Problem, listed: Listed) -> Place:

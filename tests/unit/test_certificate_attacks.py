@@ -26,13 +26,14 @@ from certificates.searches import MOST_ROOTS
 from certificates.tree import Cell, Node, decode
 from certificates.turning import everywhere
 from certificates.verdicts import Malformed, NotProved, Report, Verdict
-from solvers.certificate import certificate_document, hindrance
+from solvers.certificate import certificate_document, document_candidates, hindrance
 from solvers.certificate_entries import subset_entries
 from solvers.forward import answer_question, pose_problem
 from solvers.problem import Options
 from solvers.proof import difference
+from tests import hanging_mass
 from tests.forgeries import at_middle, dropped, hexed, undecided, widen_all, with_hull
-from tests.honest_certificates import Document, honest, made
+from tests.honest_certificates import CORNERS, TURNED, Document, honest, made
 from tests.point_certificates import robot
 
 LINE = robot([(0, 0, 0), (2, 0, 0), (4, 0, 0)], mass=1)
@@ -142,6 +143,24 @@ def test_families_are_told_apart_from_each_other_and_from_single_poses(name):
         with pytest.raises(NotProved):
             require_apart(problem, [family, other])
         require_apart(problem, [family, replace(other, states=("undecided",) * len(other.states))])
+
+
+def test_a_pose_beside_a_family_is_written_and_proved():
+    # The second cable carries 9e-13 N: the pose is 1e-12 from one of the family, which it does not belong to.
+    document = honest(TURNED, ["3", "6.103277807865"]).document
+    found = report(document)
+    assert found.verdict is Verdict.PROVED and found.message.startswith("3 static poses (2 with a family)")
+
+
+def test_one_pose_of_two_subsets_is_listed_once():
+    found = honest(robot(CORNERS), ["4"] * 4, ignore_slack=True).document
+    twice = copy.deepcopy(made("point, each subset"))
+    same = replace(twice.truth.solutions[1], taut=(0,), cable_states=twice.truth.solutions[0].cable_states)
+    problem = pose_problem(hanging_mass.robot(), ["2", "3"], None, None, Options(ignore_slack=True))
+    result = replace(twice.truth, solutions=(*twice.truth.solutions, same))
+    reasons = [reason for _, reason in document_candidates(problem, result)]
+    assert reasons == [None, None, None, "it may be the same as another solution"]
+    assert report(found).verdict is Verdict.PROVED
 
 
 def test_a_family_listed_at_another_angle_is_the_same():
