@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import argparse
+import os
 import sys
+from dataclasses import dataclass
 
 from certificates.checker import check
+from certificates.container import LIMIT
 from certificates.verdicts import Verdict
 
 EXIT_CODES = {
@@ -15,23 +18,45 @@ EXIT_CODES = {
     Verdict.OUT_OF_TIME: 3,
     Verdict.NOT_PROVED: 5,
 }
+PARTIAL = 3
+"""PROVED, but something is left open."""
+MIB = 2**20
 
 
-def run(path: str, sample: int | None, jobs: int, time_limit: float | None, quiet: bool) -> int:
-    """Check a file, print the outcome (``quiet``: its first line only) and return the exit code."""
-    shown = sys.stderr.isatty() and not quiet
+@dataclass(frozen=True)
+class Options:
+    """How a file is to be checked; see `certificates.check`."""
+
+    sample: int | None = None
+    seed: int | None = None
+    threads: int = 1
+    time_limit: float | None = None
+    size_limit: int = LIMIT
+    quiet: bool = False
+
+
+def run(file: str | bytes, options: Options) -> int:
+    """Check a file (or its bytes), print the outcome (quiet: one line) and return the exit code."""
+    shown = sys.stderr.isatty() and not options.quiet
 
     def progress(done: int, total: int) -> None:
         """Rewrite the line that says how far the check is."""
         sys.stderr.write(f"\r\x1b[K{done}/{total} cells\r")
         sys.stderr.flush()
 
-    watch = progress if shown else None
-    report = check(path, sample=sample, jobs=jobs, time_limit=time_limit, progress=watch)
+    report = check(
+        file,
+        sample=options.sample,
+        seed=options.seed,
+        threads=options.threads,
+        time_limit=options.time_limit,
+        size_limit=options.size_limit,
+        progress=progress if shown else None,
+    )
     if shown:
         sys.stderr.write("\x1b[K")
-    print(*report.lines()[: 1 if quiet else None], sep="\n")
-    return EXIT_CODES[report.verdict]
+    print(*report.lines()[: 1 if options.quiet else None], sep="\n")
+    return PARTIAL if report.verdict is Verdict.PROVED and not report.complete else EXIT_CODES[report.verdict]
 
 
 def positive(text: str) -> float:
@@ -53,17 +78,27 @@ def main() -> int:
     parser = argparse.ArgumentParser("python -m certificates", description=ABOUT)
     parser.add_argument("file", metavar="FILE")
     parser.add_argument("--sample", type=count, metavar="N", help="check so many cells, chosen at random")
-    parser.add_argument("--jobs", type=count, default=1, metavar="N", help="number of processes")
+    parser.add_argument("--seed", type=int, metavar="S", help="draw the sample another check has printed")
+    parser.add_argument("--threads", type=count, default=1, metavar="N", help="number of processes")
     parser.add_argument("--time-limit", type=positive, metavar="S", help="stop after so many seconds")
+    size = "largest file and document [default: 64]"
+    parser.add_argument("--size-limit", type=count, default=LIMIT // MIB, metavar="MIB", help=size)
     parser.add_argument("-q", "--quiet", action="store_true", help="print the verdict only")
-    given = parser.parse_args()
-    return run(given.file, given.sample, given.jobs, given.time_limit, given.quiet)
+    given = vars(parser.parse_args())
+    return run(given.pop("file"), Options(**{**given, "size_limit": given["size_limit"] * MIB}))
 
 
-ABOUT = "Check a certificate. Exit code: 0 proved, 5 not proved, 2 no certificate, 3 not all was checked."
+ABOUT = """Check a certificate. Exit code: 0 proved; 3 in part, or not all was checked; 5 not proved; 2 no
+certificate."""
 
 if __name__ == "__main__":
     try:
-        sys.exit(main())
+        code = main()
+        sys.stdout.flush()
     except KeyboardInterrupt:
-        sys.exit(130)
+        code = 130
+    except BrokenPipeError:
+        # The reader has gone (``| head``): what a shell reports then; nothing more can be written.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        code = 141
+    sys.exit(code)

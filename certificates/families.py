@@ -11,11 +11,11 @@ from typing import Any
 
 from flint import arb, arb_mat, ctx
 
-from certificates.balls import BITS, Vector, column, hull, minus, norm, unit
-from certificates.claims import Pose, check_pose, claimed
+from certificates.balls import BITS, Vector, column, minus, norm, unit
+from certificates.claims import Pose, check_pose, check_respected, claimed
 from certificates.point_mass import IDENTITY, Point, lowest_points, pose_indices
 from certificates.problem import Listed, Problem
-from certificates.turning import check_turning, end_poses, never_slack
+from certificates.turning import check_turning, never_slack
 from certificates.vectors import cross
 from certificates.verdicts import NotProved
 
@@ -59,9 +59,11 @@ def check_free(problem: Problem, taut: Sequence[int], found: Point, listed: List
     family = listed.family
     kind = family is not None and family.kind == "all-rotations" and not family.angle_ranges
     claimed(kind, "another family")
+    near = [i for i, (d, arm) in reach.items() if d + arm < problem.lengths[i][0]]
     slack = [i for i in others if listed.states[i] == "slack"]
-    near = all(reach[i][0] + reach[i][1] < problem.lengths[i][0] for i in slack)
-    claimed(near or (problem.ignore_slack and listed.slack_respected is not True), "slack in all rotations")
+    claimed(problem.ignore_slack or set(slack) <= set(near), "slack in all rotations")
+    far = any(d + arm > problem.lengths[i][1] for i, (d, arm) in reach.items())
+    check_respected(problem, listed, near=near == others, far=far)
 
 
 def check_hung(problem: Problem, taut: Sequence[int], found: Point, listed: Listed | None, side: int) -> None:
@@ -79,15 +81,6 @@ def hung(problem: Problem, cable: int, found: Point, side: int) -> Pose:
     arm = problem.points[cable]
     rotation = frame([side * -x for x in unit(problem.load)]) * frame(unit(arm)).transpose()
     return Pose(rotation, point - rotation * column(arm), densities)
-
-
-def ends(problem: Problem, cable: int, other: int) -> list[Pose]:
-    """Enclose the poses at which one cable carries all and another one is just tight."""
-    down, length = unit(problem.load), hull(*problem.lengths[cable])
-    point = column(problem.exits[cable]) + column(down) * length
-    found = point, {cable: norm(problem.load) / length}
-    poses = [hung(problem, cable, found, side) for side in (1, -1) if any(problem.points[cable])]
-    return [end for pose in poses for end in end_poses(problem, [cable], other, pose, point, column(down))]
 
 
 def frame(first: Vector) -> arb_mat:

@@ -134,6 +134,11 @@ def between(lo: float, hi: float, symbol: int) -> Form:
     return Form((low + high) >> 1, [0] * symbol + [(high - low + 1) >> 1] if low < high else [])
 
 
+def box_forms(bounds: Sequence[tuple[float, float]]) -> Vector:
+    """Return numbers within bounds, one symbol each."""
+    return [between(lo, hi, k) for k, (lo, hi) in enumerate(bounds)]
+
+
 def enclosing(x: arb) -> Form:
     """Return a constant that encloses a ball."""
     return Form(down(x.mid()), rest=0 if x.is_zero() else down(x.rad()) + 2)

@@ -56,8 +56,8 @@ class Setting:
     def frozen(self, chart: int) -> tuple[int, ...] | None:
         """Return the entries of u that are 0 in a chart, or None where the chart is not needed.
 
-        Turning about y alone: quaternions (w, 0, y, 0). A turn about z before or after turns (w, z) and (x, y)
-        each in its plane: of the longer one the second entry can be made 0, and its first is then the
+        Turning about y alone: quaternions (w, 0, y, 0). A turn about z before or after turns (w, z) and (x,
+        y) each in its plane: of the longer one the second entry can be made 0, and its first is then the
         largest of all four. D_c moves the entries: u = (x, y, z) / w, (w, z, y) / x up to signs.
         """
         if self.planar:

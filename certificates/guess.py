@@ -1,4 +1,7 @@
-"""Small linear algebra in plain floats: guesses that make proofs possible, and are never trusted."""
+"""Small linear algebra in plain floats: guesses, untrusted. Whatever they are, nothing false can be proved.
+
+Everything here is tried by those who ask for it: a wrong guess makes a proof fail.
+"""
 
 from __future__ import annotations
 

@@ -12,7 +12,7 @@ from flint import fmpq
 
 from certificates.verdicts import Malformed
 
-EXACT = re.compile(r"-?[0-9]{1,300}(/0*[1-9][0-9]{0,300}|(\.[0-9]{1,300})?(e[+-]?[0-9]{1,3})?)")
+EXACT = re.compile(r"-?[0-9]{1,300}(/[1-9][0-9]{0,300}|(\.[0-9]{1,300})?(e[+-]?[0-9]{1,3})?)")
 
 
 def exact(text: Any) -> fmpq:

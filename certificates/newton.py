@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from flint import arb, arb_mat, fmpq
 
 from certificates.balls import Vector, column, hull
+from certificates.clock import in_time
 from certificates.jets import Jet
 from certificates.verdicts import NotProved
 
@@ -49,6 +50,7 @@ def zero(equations: Equations, start: Sequence[arb]) -> Zero:
     x, n = column(start), len(start)
     unity = arb_mat([[int(i == j) for j in range(n)] for i in range(n)])
     for _ in range(NEWTON_STEPS):
+        in_time()
         value, slope = equations(x.entries(), unity)
         step = slope.mid().solve(value.mid())
         x = (x - step).mid()
@@ -67,6 +69,7 @@ def zero(equations: Equations, start: Sequence[arb]) -> Zero:
     tiny = [size * fmpq(1, 2**120) for size in sizes]
     radii = [(2 * v.abs_upper() + e).mid() for v, e in zip(value.entries(), tiny, strict=True)]
     for _ in range(INFLATIONS):
+        in_time()
         moved = image(radii)
         if all(m < r for m, r in zip(moved, radii, strict=True)):
             for _ in range(CONTRACTIONS):

@@ -17,6 +17,7 @@ from flint import arb, arb_mat, ctx, fmpq, fmpq_mat
 from certificates import newton
 from certificates.balls import BITS, Vector, column, hull, minus, norm
 from certificates.claims import Pose, check_pose, claimed
+from certificates.clock import in_time
 from certificates.literals import entry_of, exact, exacts, index_of, list_of
 from certificates.problem import Listed, Problem
 from certificates.vectors import dot
@@ -36,7 +37,9 @@ def check_point(problem: Problem, taut: Sequence[int], entry: Any, solutions: li
     (chosen,), proof = pose_indices(problem, entry, solutions, 1)
     with ctx.workprec(BITS):
         if proof == {"kind": "dependent"}:
-            if chosen is not None or not problem.ignore_slack or not is_dependent(problem, taut):
+            # A smaller subset holds the pose: that says something only where it is examined.
+            examined = problem.ignore_slack and problem.taut is None
+            if chosen is not None or not examined or not is_dependent(problem, taut):
                 raise NotProved("the wrenches of these cables are not proved dependent")
             return set()
         cables = taut if problem.ignore_slack else range(len(problem.names))
@@ -99,6 +102,7 @@ def lowest_points(
     problem: Problem, cables: Sequence[int], proof: Any, cuts: int = 0
 ) -> Iterator[tuple[Problem, Point | None]]:
     """Yield the lowest point for each part of the length ranges; None where there is proved to be none."""
+    in_time()
     kind = proof.get("kind") if isinstance(proof, dict) else None
     if kind == "parts":
         _, cable, at, parts = entry_of(proof, "parts", ("kind", "cable", "at", "parts")).values()

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+import re
 from dataclasses import dataclass
 from typing import Any
 
@@ -19,6 +21,12 @@ ROBOT = ("name", "sha256", "gravity_m_s2", "mass_kg", "centre_of_mass_m", "cable
 ELASTIC = ("stiffness_N_per_m", "axial_stiffness_N")
 MOST_CABLES = 64
 MOST_SOLUTIONS = 10_000
+MOST_RANGES = 64
+"""Of the angles of one family."""
+CABLE_NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_.-]{0,99}")
+"""As in `cdpr-robot/1`: a name stands in the verdict and must not speak."""
+SHOWN = 100
+"""Most characters of a text from the file in what is printed."""
 
 
 @dataclass(frozen=True)
@@ -125,6 +133,26 @@ def read_problem(document: Any) -> Problem:
     return problem
 
 
+def described(document: dict[str, Any], problem: Problem) -> tuple[str, ...]:
+    """Return what a document is about, as it says itself, to be printed beside the verdict."""
+    robot, asked = document["robot"], "all subsets"
+    if problem.taut is not None:
+        asked = "subset " + ",".join(problem.names[i] for i in problem.taut)
+    asked += ", slackness ignored" * problem.ignore_slack + ", signs ignored" * problem.ignore_tension_sign
+    pairs = zip(problem.names, document["lengths_m"], strict=True)
+    lengths = (f"{name} {lo if lo == hi else f'{lo}..{hi}'}" for name, (lo, hi) in pairs)
+    return (
+        f"robot {quoted(robot['name'])}, sha256 {quoted(robot['sha256'])}",
+        f"lengths_m {', '.join(lengths)}",
+        f"external_force_N {', '.join(document['external_force_N'])}; {asked}",
+    )
+
+
+def quoted(text: str) -> str:
+    """Return a text of the file in ASCII between quotes, which it cannot leave."""
+    return json.dumps(text[:SHOWN]) + ("..." if len(text) > SHOWN else "")
+
+
 def read_cable(value: Any, centre: Exact) -> tuple[str, Exact, Exact, tuple[fmpq, bool] | None]:
     """Return name, exit point, platform point from the centre of mass, and stiffness (axial or not)."""
     given = [key for key in ELASTIC if isinstance(value, dict) and key in value][:1]
@@ -132,7 +160,9 @@ def read_cable(value: Any, centre: Exact) -> tuple[str, Exact, Exact, tuple[fmpq
     spring = (exact(found[given[0]]), given[0] == ELASTIC[1]) if given else None
     needed(spring is None or spring[0] > 0, "a stiffness is not positive")
     point = [b - c for b, c in zip(exacts(found["platform_anchor_m"], 3), centre, strict=True)]
-    return text_of(found["name"], "name"), exacts(found["frame_anchor_m"], 3), point, spring
+    name = text_of(found["name"], "name")
+    needed(CABLE_NAME.fullmatch(name) is not None, f"{quoted(name)} is no name of a cable")
+    return name, exacts(found["frame_anchor_m"], 3), point, spring
 
 
 def read_taut(value: Any, count: int, least: int = 1) -> tuple[int, ...]:
@@ -186,6 +216,7 @@ def read_family(value: Any) -> Turning:
     kind, point, direction, ranges = entry_of(value, "family", keys).values()
     turns = text_of(kind, "kind", ("rotation", "all-rotations")) == "rotation"
     needed(turns or (point is None and direction is None and ranges == []), "all rotations have no axis")
+    needed(len(list_of(ranges, "angles")) <= MOST_RANGES, f"more than {MOST_RANGES} ranges of angles")
     return Turning(
         kind=kind,
         axis_point=bounds_list(point, "axis_point_m", 3) if turns else None,

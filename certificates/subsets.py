@@ -59,7 +59,10 @@ def classify(problem: Problem, taut: tuple[int, ...]) -> Kind:
         return Kind.ONE_POINT if any(points[0]) else Kind.FREE
     vertical = not any(any(cross(minus(a, exits[0]), problem.load)) for a in exits)
     rod = not any(any(cross(b, c)) for b, c in combinations(points, 2))
-    # The wrenches span at most a space of dimension 5 with one symmetry, 3 with both.
+    # One symmetry: the moment about its line is 0 for all wrenches, their rank is 5 at most. Both, with
+    # t >= 0: balance puts the two lines into one plane, as the mean of the platform points with weights t
+    # lies on both (seen from the line along the load, sum t_i p_i has no horizontal part). Forces in a
+    # plane have rank 3.
     if len(taut) > (3 if vertical and rod else 5 if vertical or rod else 6):
         return Kind.DEPENDENT
     if vertical or rod:

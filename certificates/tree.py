@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from enum import IntEnum
 
+from certificates.clock import in_time
 from certificates.verdicts import Malformed
 
 DEEPEST = 400
@@ -93,6 +94,7 @@ def decode(content: bytes, start: Cell, reach: float, planar: bool) -> Iterator[
 
     waiting = [(start, 0)]
     while waiting:
+        in_time()
         cell, depth = waiting.pop()
         if depth > DEEPEST:
             raise Malformed("a tree is too deep")

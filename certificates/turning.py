@@ -12,14 +12,19 @@ from dataclasses import dataclass
 
 from flint import arb, arb_mat, ctx
 
-from certificates.balls import BITS, all_inside, column, hull, minus
-from certificates.claims import Pose, check_pose, claimed
+from certificates.balls import BITS, all_inside, column, hull, minus, norm
+from certificates.claims import Pose, check_pose, check_respected, claimed
+from certificates.clock import in_time
 from certificates.problem import Listed, Problem
 from certificates.vectors import cross, dot
 from certificates.verdicts import NotProved
 
 MOST_PIECES = 5000
 """Most pieces into which one range of angles is cut; two cables that change roles need about a hundred."""
+
+
+SHARP = 1e-6
+"""Widest bounds of a rotation from which angles are counted, lengths being exact."""
 
 
 @dataclass(frozen=True)
@@ -37,11 +42,9 @@ class Circle:
         value = self.constant - self.cosine * middle.cos() - self.sine * middle.sin()
         return value + slope * (angle - middle)
 
-    def crossings(self) -> list[arb]:
-        """Enclose the angles at which the excess is zero; not finite where there may be none."""
-        half = (self.constant / (self.cosine**2 + self.sine**2).sqrt()).acos()
-        middle = arb.atan2(self.sine, self.cosine)
-        return [middle - half, middle + half]
+    def most(self) -> arb:
+        """Enclose the largest excess of all angles."""
+        return self.constant + norm([self.cosine, self.sine])
 
 
 def circle(problem: Problem, i: int, pose: Pose, point: arb_mat, direction: arb_mat) -> Circle:
@@ -68,6 +71,8 @@ def check_turning(
 ) -> None:
     """Raise NotProved unless the pose, turned about the axis, is the listed family."""
     with ctx.workprec(BITS):
+        sharp = all(hi - lo <= SHARP for row in listed.rotation for lo, hi in row)
+        claimed(sharp or any(lo < hi for lo, hi in problem.lengths), "no rotation from which angles count")
         here = turned(pose, point, direction, angle_between(pose, listed, direction))
         n = direction.entries()
         motion = [*cross(n, (here.centre - point).entries()), *n]
@@ -79,9 +84,12 @@ def check_turning(
         claimed(axis, "the axis to be elsewhere")
         axis = family.axis_direction is not None and all_inside(n, family.axis_direction)
         claimed(axis, "another direction of the axis")
-        if not problem.ignore_slack:
-            circles = others(problem, subset, here, point, direction)
-            check_ranges(listed, circles)
+        circles = others(problem, subset, here, point, direction)
+        # Ignoring slackness every angle is static: without circles only a full turn passes.
+        check_ranges(listed, {} if problem.ignore_slack else circles)
+        ranges = family.angle_ranges if listed.slack_respected else []
+        near = all(slack(circles.values(), arb(start[1]), arb(end[0])) for start, end in ranges)
+        check_respected(problem, listed, near=near, far=any(c.most() > 0 for c in circles.values()))
 
 
 def others(
@@ -129,6 +137,7 @@ def everywhere(holds: Callable[[arb, arb], bool], lo: arb, hi: arb) -> bool:
     """Return True when a statement is proved on each of the pieces into which [lo, hi] is cut."""
     left = [] if lo > hi else [(lo, hi)]
     for _ in range(MOST_PIECES):
+        in_time()
         if not left:
             return True
         a, b = left.pop()
@@ -146,17 +155,3 @@ def never_slack(
         circles = others(problem, subset, pose, point, direction)
         if problem.ignore_slack or not too_long(circles.values(), arb(0), arb(7)):
             raise NotProved("a family is not excluded at every angle")
-
-
-def end_poses(
-    problem: Problem, subset: Sequence[int], cable: int, pose: Pose, point: arb_mat, direction: arb_mat
-) -> list[Pose]:
-    """Enclose the poses of a family at which one more cable is exactly tight, without tension.
-
-    Not finite, and so equal to no pose, where there may be none.
-    """
-    with ctx.workprec(BITS):
-        densities = {**{i: pose.densities[i] for i in subset}, cable: arb(0)}
-        angles = circle(problem, cable, pose, point, direction).crossings()
-        ends = [turned(pose, point, direction, angle) for angle in angles]
-        return [Pose(end.rotation, end.centre, densities) for end in ends]

@@ -34,6 +34,7 @@ class Report:
     complete: bool
     """With PROVED: nothing is left open, so there is no other pose."""
     solutions: int
+    """That are listed: poses or families, where nothing is undecided."""
     subsets: int
     leaves: int
     """Cells of all search trees."""
@@ -46,13 +47,19 @@ class Report:
     undecided: int
     """Cells that the search could not decide."""
     seconds: float
+    seed: int | None = None
+    """By which a sample was drawn."""
+    question: tuple[str, ...] = ()
+    """Robot, lengths, force and subset, as the file has them."""
 
     def lines(self) -> list[str]:
         """Return what to print, the verdict first."""
         partial = " (partial)" if self.verdict is Verdict.PROVED and not self.complete else ""
+        drawn = "" if self.seed is None else f", drawn with --seed {self.seed}"
         return [
             f"{self.verdict}{partial}: {self.message}".encode("ascii", "backslashreplace").decode(),
-            f"{self.solutions} solutions, {self.subsets} subsets, {self.leaves} cells",
-            f"{self.checked} cells checked in {self.parts} parts, {self.seconds:.2f} s",
+            *self.question,
+            f"{self.solutions} entries, {self.subsets} subsets, {self.leaves} cells",
+            f"{self.checked} cells checked in {self.parts} parts, {self.seconds:.2f} s{drawn}",
             f"{self.pending} pending, {self.undecided} undecided",
         ]

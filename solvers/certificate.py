@@ -9,8 +9,15 @@ from typing import Any
 import numpy as np
 
 from cdpr_interval.robots.model import Robot
+from certificates.apart import meeting
 from certificates.problem import FORMAT
-from solvers.certificate_point import certified, widened
+from solvers.certificate_point import (
+    certificate_question,
+    certified,
+    listed_solution,
+    widened,
+    written_states,
+)
 from solvers.problem import Options, Problem
 from solvers.result import Bounds, Family, Result, Solution
 from solvers.tool import this_tool
@@ -23,8 +30,21 @@ FIELDS = ("position", "rotation", "height", "tensions", "distances")
 
 def document_solutions(problem: Problem, result: Result) -> list[Solution]:
     """Return what a certificate may list, `widened`, in its order: entries refer to these places."""
+    return [s for s, reason in document_candidates(problem, result) if reason is None]
+
+
+def document_candidates(problem: Problem, result: Result) -> list[tuple[Solution, str | None]]:
+    """Return all solutions, `widened`, each with the reason why it cannot be listed."""
     ranges = any(lo < hi for lo, hi in problem.lengths)
-    return [widened(s, ranges) for s in result.solutions if hindrance(s) is None]
+    found = [(widened(s, ranges), hindrance(s)) for s in result.solutions]
+    places = [k for k, (_, reason) in enumerate(found) if reason is None]
+    asked = result.question
+    options = Options(ignore_slack=asked.ignore_slack, ignore_tension_sign=asked.ignore_tension_sign)
+    question = certificate_question(problem, options)
+    for j, k in meeting(question, [listed_solution(found[place][0]) for place in places]):
+        later = places[max(j, k)]
+        found[later] = found[later][0], "it may be the same as another solution"
+    return found
 
 
 def hindrance(solution: Solution) -> str | None:
@@ -33,6 +53,8 @@ def hindrance(solution: Solution) -> str | None:
         return "families about two axes are not certified"
     if not all(np.isfinite(getattr(solution, name)).all() for name in FIELDS):
         return "its bounds are not finite"
+    if getattr(solution, "existence", "proved") != "proved" and "undecided" not in written_states(solution):
+        return "its existence is not proved"  # an entry of decided cables would be counted
     return None
 
 
@@ -58,7 +80,7 @@ def certificate_document(
     robot = problem.robot
     solutions = document_solutions(problem, result)
     backed = sorted({k for entry in entries for k in named(entry)})
-    left = [(s.taut, hindrance(s)) for s in result.solutions]
+    left = [(s.taut, reason) for s, reason in document_candidates(problem, result)]
     out = [{"taut": list(taut), "reason": reason} for taut, reason in left if reason is not None]
     missing = [s for k, s in enumerate(solutions) if k not in backed]
     out += [{"taut": list(s.taut), "reason": "not recorded"} for s in missing]
@@ -142,7 +164,7 @@ def solution_document(solution: Solution) -> Json:
     solution = certified(solution)
     return {
         "taut": list(solution.taut),
-        "states": [str(state) for state in solution.cable_states],
+        "states": list(written_states(solution)),
         "position_m": doubles(solution.position),
         "rotation": doubles(solution.rotation),
         "height_m": doubles(solution.height),

@@ -178,7 +178,8 @@ class Writer:
             weights = [Fraction(finding.weights.get(i, 0)) for i in range(len(self.cables))]
             yield {"kind": "weights", "weights": [str(w) for w in weights]}
             return
-        if question.ignore_slack and question.is_point_mass:
+        if question.ignore_slack and question.is_point_mass and question.taut is None:
+            # Asked for alone, a subset cannot be settled by smaller ones: they are not examined.
             yield {"kind": "dependent"}
         if isinstance(finding, Unproved):
             return
@@ -367,6 +368,11 @@ def certified(solution: Solution) -> Solution:
     return replace(solution, cable_states=tuple(states), slack_respected=respected)
 
 
+def written_states(solution: Solution) -> tuple[str, ...]:
+    """Return the states of a solution's cables as a certificate has them."""
+    return tuple(map(str, certified(solution).cable_states))
+
+
 def listed_solution(solution: Solution) -> Listed:
     """Return a solution as the checker reads it from a certificate."""
     solution = certified(solution)
@@ -381,7 +387,7 @@ def listed_solution(solution: Solution) -> Listed:
         )
     return Listed(
         taut=solution.taut,
-        states=tuple(str(state) for state in solution.cable_states),
+        states=written_states(solution),
         position=pairs(solution.position),
         rotation=[pairs(row) for row in solution.rotation],
         height=pairs(solution.height[None])[0],

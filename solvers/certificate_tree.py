@@ -22,14 +22,16 @@ from cdpr_interval.kernels.second_order import ROTATION_ONLY, WHOLE_POSE
 from certificates import guess
 from certificates.balance import unbalanced
 from certificates.cells import Place
-from certificates.forms import value
+from certificates.forms import box_forms, value
 from certificates.frames import Setting
 from certificates.geometry import Turned
+from certificates.leaves import confirmed, longest
 from certificates.problem import Listed
 from certificates.problem import Problem as Question
+from certificates.root_claims import check_root
 from certificates.roots import System
 from certificates.searches import Root as Claimed
-from certificates.searches import Search, forms
+from certificates.searches import Search
 from certificates.tree import Cell, Leaf, Node
 from certificates.verdicts import NotProved
 from solvers import platform_pose as pose
@@ -101,13 +103,9 @@ class Recorder:
         box = self.box(root)
         if box is None:
             return
-        claims = [Claimed(root.chart, box, k, None) for k in candidates]
-        claims.append(Claimed(root.chart, box, None, None))
-        if len(self.setting.taut) == 2 and not self.setting.family:
-            claims += [Claimed(root.chart, box, None, i) for i in self.setting.taut]
-        for claim in claims:
+        for claim in [Claimed(root.chart, box, k) for k in (*candidates, None)]:
             try:
-                self.search.check_root(claim, self.listed)
+                check_root(self.search, claim, self.listed)
             except NotProved:
                 continue
             self.search.roots.append(claim)
@@ -120,9 +118,8 @@ class Recorder:
         rotation_at(z[:3].copy(), turned)
         pivot = self.model.orders[0, 0]
         x = z[3:6] - self.model.anchors[pivot] + turned @ self.model.points[root.chart, pivot]
-        frozen = self.setting.frozen(root.chart)
-        assert frozen is not None
-        flat = {*frozen, *([4] if self.setting.planar else [])}
+        flat = self.search.flat(root.chart)
+        assert flat is not None
         widths = [hi - lo for lo, hi in root.unique[:3].tolist() if hi > lo]
         system = System(self.setting, self.search.platform, root.chart)
         for grown in GROWTH:
@@ -132,7 +129,7 @@ class Recorder:
                 (0.0, 0.0) if k in flat else (m - r, m + r)
                 for k, (m, r) in enumerate(zip([*z[:3].tolist(), *x.tolist()], reach, strict=True))
             ]
-            if system.has_one_zero_at_most(forms(box)):
+            if system.has_one_zero_at_most(box_forms(box)):
                 return box
         return None
 
@@ -157,7 +154,7 @@ class Recorder:
             return self.split(cell) if cable is None else (leaf(Node.TOO_LONG, [cable]), ())
         if state in REASONS:
             found = Leaf(cell, REASONS[state], tuple(self.written_y()))
-            if widest >= DOUBTFUL or self.search.confirmed(found, cell):
+            if widest >= DOUBTFUL or confirmed(self.search, found, cell):
                 return leaf(found.node, found.data), ()
             return self.split(cell)
         if state == turn.BOTH:
@@ -175,17 +172,17 @@ class Recorder:
 
     def split(self, cell: Cell) -> tuple[bytes, Sequence[Cell]]:
         """Return the node that halves a cell, or gives it up where it is too small for that."""
-        longest = self.search.longest(cell)
-        lo, hi = cell.bounds[longest]
-        if hi - lo < SMALLEST * (1.0 if longest < 3 else self.unit):
+        k = longest(self.search, cell)
+        lo, hi = cell.bounds[k]
+        if hi - lo < SMALLEST * (1.0 if k < 3 else self.unit):
             return leaf(Node.UNDECIDED), ()
-        return bytes([longest]), cell.halves(longest)
+        return bytes([k]), cell.halves(k)
 
     def too_long(self, cell: Cell) -> int | None:
         """Return a cable of which the checker confirms that it is too long over a cell of u; None: no one."""
         others = range(self.search.platform.taut, len(self.search.platform.exits))
         for cable in map(self.cable_at, others):
-            if self.search.confirmed(Leaf(cell, Node.TOO_LONG, (cable,)), cell):
+            if confirmed(self.search, Leaf(cell, Node.TOO_LONG, (cable,)), cell):
                 return cable
         return None
 
@@ -207,7 +204,7 @@ class Recorder:
         """Return a cell of (u, x)'s node, and the cells below."""
         if self.is_settled(cell.chart, cell.bounds):
             return leaf(Node.ROOT), ()
-        platform, entries = self.search.platform, forms(cell.bounds)
+        platform, entries = self.search.platform, box_forms(cell.bounds)
         turned, x = Turned(self.search.forms, cell.chart, entries[:3]), entries[3:]
         place = Place(turned, x, False)
         if place.no_length():
@@ -277,4 +274,4 @@ def leaf(node: Node, data: Sequence[int] = ()) -> bytes:
 def root_entry(root: Claimed) -> dict[str, Any]:
     """Return a root as the document has it."""
     box = [[lo.hex(), hi.hex()] for lo, hi in root.box]
-    return {"chart": root.chart, "u": box[:3], "x": box[3:], "pose": root.pose, "end": root.end}
+    return {"chart": root.chart, "u": box[:3], "x": box[3:], "pose": root.pose}

@@ -94,8 +94,8 @@ def turning_solutions(
     arcs: list[Arc] | None
     states: dict[int, bool | None]
     if options.ignore_slack:
-        # A full turn; whether the others are slack is said of the listed pose.
-        arcs, states = full, {}
+        # A full turn; another cable is not slack when it is too long at some angle.
+        arcs, states = full, {c.cable: always(c) for c in around}
     else:
         arcs = common_arcs(around)
         states = {c.cable: True for c in around}
@@ -139,6 +139,12 @@ def everywhere(c: Circle) -> bool | None:
     """Return True where a cable is slack at every angle, False where it is too long at every one."""
     arc = c.arc()
     return arc if isinstance(arc, bool) else None
+
+
+def always(c: Circle) -> bool | None:
+    """Return True where a cable is slack at every angle, False where it is too long at some."""
+    arc = c.arc()
+    return False if isinstance(arc, Arc) else arc
 
 
 def crossings(c: Circle) -> list[arb]:
@@ -195,7 +201,9 @@ def free_turning_solution(
         far = balls.norm(balls.fractions(cable.frame_anchor) - pose.centre)
         arm = balls.norm(balls.fractions(problem.anchors_from_centre[j]))
         length = length_ball(problem, j)
-        states[j] = True if far + arm < length else False if abs(far - arm) > length else None
+        # With slackness ignored all rotations are listed, and one at which a cable is too long says so.
+        least = far + arm if options.ignore_slack else abs(far - arm)
+        states[j] = True if far + arm < length else False if least > length else None
     partly = [j for j, slack in states.items() if slack is None]
     note = ""
     if partly and not options.ignore_slack and all(slack is not False for slack in states.values()):

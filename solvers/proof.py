@@ -11,13 +11,15 @@ import numpy as np
 from flint import fmpq
 
 from cdpr_interval.kernels.enclosure import enclose
-from cdpr_interval.robots.model import Robot
+from cdpr_interval.robots.model import Robot, Vector
 from certificates.checker import check
 from certificates.container import unpack
 from certificates.problem import Listed, Problem, read_problem, read_solutions
 from certificates.verdicts import Malformed, Verdict
 from solvers.certificate import robot_document
-from solvers.certificate_point import certified
+from solvers.certificate_point import written_states
+from solvers.force import ZERO
+from solvers.problem import LengthRange
 from solvers.result import Result, Solution
 
 Json = dict[str, Any]
@@ -49,6 +51,20 @@ class Proof:
 
     def __str__(self) -> str:
         return f"{self.name}: {self.message}"
+
+
+@dataclass(frozen=True)
+class Asked:
+    """A question that a certificate is to be about."""
+
+    lengths: Sequence[LengthRange] | None = None
+    """None: whatever lengths."""
+    external_force: Vector = ZERO
+    """The verdict does not speak of it: none is meant where none is given."""
+    taut: tuple[int, ...] | None = None
+    """None: whatever subset, which the verdict names; so it does what is ignored."""
+    ignore_slack: bool = False
+    ignore_tension_sign: bool = False
 
 
 def proof_of(robot: Robot, result: Result, content: bytes, time_limit: float | None = None) -> Proof:
@@ -95,18 +111,50 @@ def difference(robot: Robot, result: Result, content: bytes) -> str:
     document = unpack(content)
     problem = read_problem(document)
     asked = result.question
-    pairs = {
-        "robot": (_with_robot(document, robot), problem),
-        "lengths": ([_around(*pair) for pair in problem.lengths], result.lengths.tolist()),
-        "external force": (_forces(document), list(asked.external_force)),
-        "subset": (problem.taut, asked.taut),
-        "--ignore-slack": (problem.ignore_slack, asked.ignore_slack),
-        "--ignore-tension-sign": (problem.ignore_tension_sign, asked.ignore_tension_sign),
-    }
+    found = _differing(
+        {
+            "robot": (_with_robot(document, robot), problem),
+            "lengths": ([_around(*pair) for pair in problem.lengths], result.lengths.tolist()),
+            "external force": ([float(x) for x in _forces(document)], list(asked.external_force)),
+            "subset": (problem.taut, asked.taut),
+            "--ignore-slack": (problem.ignore_slack, asked.ignore_slack),
+            "--ignore-tension-sign": (problem.ignore_tension_sign, asked.ignore_tension_sign),
+        }
+    )
+    return found or _missing(
+        result.solutions, read_solutions(document, problem), len(document["not_certified"])
+    )
+
+
+def other_question(content: bytes, limit: int, robot: Robot, asked: Asked) -> str:
+    """Return in what a certificate differs from a question for a robot; empty when it does not.
+
+    Raises
+    ------
+    Malformed
+        The content is no certificate.
+    """
+    document = unpack(content, limit)
+    problem = read_problem(document)
+    lengths = [(_fraction(lo), _fraction(hi)) for lo, hi in problem.lengths]
+    return _differing(
+        {
+            "robot": (_with_robot(document, robot), problem),
+            "lengths": (lengths, lengths if asked.lengths is None else list(asked.lengths)),
+            "external force": (_forces(document), list(asked.external_force)),
+            "subset": (problem.taut, problem.taut if asked.taut is None else asked.taut),
+            "--ignore-slack": (problem.ignore_slack or not asked.ignore_slack, True),
+            "--ignore-tension-sign": (problem.ignore_tension_sign or not asked.ignore_tension_sign, True),
+        }
+    )
+
+
+def _differing(pairs: dict[str, tuple[Any, Any]]) -> str:
+    """Return the first pair of two that are not equal."""
     for what, (one, other) in pairs.items():
         if one != other:
             return f"its {what} differ{'' if what == 'lengths' else 's'}"
-    return _missing(result.solutions, read_solutions(document, problem), len(document["not_certified"]))
+    return ""
 
 
 def _with_robot(document: Json, robot: Robot) -> Problem | None:
@@ -119,12 +167,15 @@ def _with_robot(document: Json, robot: Robot) -> Problem | None:
 
 def _around(lo: fmpq, hi: fmpq) -> list[float]:
     """Return the tightest doubles around exact lengths."""
-    below, above = (Fraction(int(x.p), int(x.q)) for x in (lo, hi))
-    return [enclose(below)[0], enclose(above)[1]]
+    return [enclose(_fraction(lo))[0], enclose(_fraction(hi))[1]]
 
 
-def _forces(document: Json) -> list[float]:
-    return [float(Fraction(text)) for text in document["external_force_N"]]
+def _fraction(x: fmpq) -> Fraction:
+    return Fraction(int(x.p), int(x.q))
+
+
+def _forces(document: Json) -> list[Fraction]:
+    return [Fraction(text) for text in document["external_force_N"]]
 
 
 def _missing(solutions: Sequence[Solution], listed: Sequence[Listed], left_out: int) -> str:
@@ -144,8 +195,7 @@ def _missing(solutions: Sequence[Solution], listed: Sequence[Listed], left_out: 
 
 def _holds(listed: Listed, solution: Solution) -> bool:
     """Return whether the box of a listed solution holds that of a solution, and their cables agree."""
-    states = tuple(map(str, certified(solution).cable_states))
-    if listed.taut != solution.taut or listed.states != states:
+    if listed.taut != solution.taut or listed.states != written_states(solution):
         return False
     return all(
         np.all(np.array(outer)[..., 0] <= inner[..., 0]) and np.all(inner[..., 1] <= np.array(outer)[..., 1])

@@ -234,7 +234,13 @@ class Run:
             found.solutions += torus_solutions(self.problem, self.options, taut, pose, axes)
 
     def is_end(self, taut: tuple[int, ...], reduced: Reduced, root: Root) -> bool:
-        """Return True when the root is the end of a smaller subset's family: a pose already covered."""
+        """Return True when the root is the end of a smaller subset's family: a pose already covered.
+
+        The end solves the larger subset's equations, and the root's box holds one solution at most. Of two
+        cables that box is flat: near its plane is not in it. Such a pose is listed, its cable undecided.
+        """
+        if len(taut) == 2:
+            return False
         if not self.ends_known:
             self.remember_ends(taut)
         for end in self.ends:

@@ -2,28 +2,104 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING, Any
+
 import click
+
+if TYPE_CHECKING:
+    from cdpr_interval.robots.model import Robot
+    from solvers.proof import Asked
+
+QUESTION = ("lengths", "external_force", "taut", "ignore_slack", "ignore_tension_sign")
+"""Options that are about a robot."""
 
 
 @click.command("check", short_help="Check a certificate, without the solvers.")
 @click.argument("file")
+@click.option("--robot", metavar="ROBOT", help="The certificate must be about this robot.")
+@click.option("--lengths", metavar="L1,L2,...", help="And about these lengths, as `fk` reads them.")
+@click.option("--external-force", metavar="X,Y,Z", help="And about this force in N.  [default: none]")
+@click.option("--taut", metavar="C1,C2,...", help="And about this subset.  [default: the verdict names it]")
+@click.option("--ignore-slack", is_flag=True, help="And about this question, as of `fk`.")
+@click.option("--ignore-tension-sign", is_flag=True, help="And about this question, as of `fk`.")
 @click.option(
     "--sample", type=click.IntRange(min=1), metavar="N", help="Check so many cells, chosen at random."
 )
-@click.option("--jobs", type=click.IntRange(min=1), default=1, metavar="N", help="Number of processes.")
+@click.option("--seed", type=int, metavar="S", help="Draw the sample that another check has printed.")
+@click.option("--threads", type=click.IntRange(min=1), default=1, metavar="N", help="Number of processes.")
 @click.option(
     "--time-limit",
     type=click.FloatRange(min=0.0, min_open=True),
     metavar="S",
     help="Stop after so many seconds.",
 )
+@click.option(
+    "--size-limit",
+    type=click.IntRange(min=1),
+    default=64,
+    show_default=True,
+    metavar="MIB",
+    help="Largest file and document.",
+)
 @click.option("-q", "--quiet", is_flag=True, help="The verdict only.")
-def command(file: str, sample: int | None, jobs: int, time_limit: float | None, quiet: bool) -> int:
+def command(file: str, robot: str | None, **given: Any) -> int:
     """Check a certificate that `fk --certificate FILE` has written.
 
-    The checker shares no code with the solvers; `python -m certificates FILE` does the same. Exit
-    code 0: proved; 5: not proved; 2: no certificate; 3: not all was checked.
+    The checker shares no code with the solvers; `python -m certificates FILE` does the same, but that it
+    reads no robots to compare with. Exit code 0: proved, nothing left open; 3: in part, or not all was
+    checked; 5: not proved, or of another robot or question; 2: no certificate.
     """
-    from certificates.__main__ import run
+    from certificates.__main__ import MIB, Options, run
+    from certificates.container import load
+    from certificates.verdicts import Malformed
 
-    return run(file, sample, jobs, time_limit, quiet)
+    question = _question(robot, given)
+    limit = given["size_limit"] * MIB
+    options = Options(
+        given["sample"], given["seed"], given["threads"], given["time_limit"], limit, given["quiet"]
+    )
+    if question is None:
+        return run(file, options)
+    from solvers.cli import ExitCode
+    from solvers.proof import other_question
+
+    try:
+        content = load(file, limit)
+        other = other_question(content, limit, *question)
+    except Malformed:
+        return run(file, options)
+    if other:
+        click.echo(f"NOT PROVED: the certificate is of another question: {other}")
+        return ExitCode.NOT_PROVED
+    return run(content, options)
+
+
+def _question(source: str | None, given: dict[str, Any]) -> tuple[Robot, Asked] | None:
+    """Return what the certificate must be about, None: anything; or raise with every error of the options."""
+    from solvers.input_errors import InputErrors
+
+    errors = InputErrors()
+    if source is None:
+        for name in QUESTION:
+            if given[name] not in (None, False):
+                errors.add(f"--{name.replace('_', '-')}: only with --robot")
+        errors.require_none()
+        return None
+    from cdpr_interval.robots.reader import load_robot
+    from solvers.force import ZERO, read_force
+    from solvers.lengths import read_lengths
+    from solvers.proof import Asked
+    from solvers.subset import read_subset
+
+    robot = errors.read(load_robot, source)
+    lengths = taut = None
+    if robot is not None and given["lengths"] is not None:
+        lengths = errors.read(read_lengths, given["lengths"], robot.cable_names, "--lengths")
+    if robot is not None and given["taut"] is not None:
+        taut = errors.read(read_subset, given["taut"], robot.cable_names, "--taut")
+    force = ZERO
+    if given["external_force"] is not None:
+        force = errors.read(read_force, given["external_force"], "--external-force") or ZERO
+    errors.require_none()
+    assert robot is not None
+    return robot, Asked(lengths, force, taut, given["ignore_slack"], given["ignore_tension_sign"])

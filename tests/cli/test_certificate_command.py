@@ -96,7 +96,7 @@ def test_a_search_that_was_stopped_is_pending(file):
     given = ("fk", "uc2", "--lengths", "7.5,8", "--cell-limit", "1", "--certificate", file)
     assert run(*given).exit_code == 3
     checked = run("check", file)
-    assert checked.exit_code == 0
+    assert checked.exit_code == ExitCode.INCOMPLETE == 3
     assert checked.stdout.startswith("PROVED (partial): 0 static poses; others may exist: 4 pending")
 
 
@@ -125,7 +125,7 @@ def test_exit_codes(hanging, file):
     file.unlink()
     assert run("check", file).exit_code == ExitCode.INVALID
     write(file, platform(*[leaf(Node.UNDECIDED, 2)] * 4))
-    assert run("check", file).exit_code == 0
+    assert run("check", file).exit_code == ExitCode.INCOMPLETE
     result = run("check", file, "--sample", 1, "-q")
     assert result.exit_code == ExitCode.INCOMPLETE and result.stdout.startswith("SAMPLED: ")
     result = run("check", file, "--time-limit", 1e-9)
@@ -133,7 +133,16 @@ def test_exit_codes(hanging, file):
 
 
 @pytest.mark.parametrize(
-    "args", [["--sample", "0"], ["--jobs", "0"], ["--time-limit", "0"], ["--time-limit", "x"]]
+    "args",
+    [
+        ["--sample", "0"],
+        ["--threads", "0"],
+        ["--time-limit", "0"],
+        ["--time-limit", "x"],
+        ["--seed", "x"],
+        ["--size-limit", "0"],
+        ["--jobs", "2"],
+    ],
 )
 def test_wrong_options(file, args, monkeypatch):
     result = run("check", file, *args)
@@ -146,7 +155,7 @@ def test_wrong_options(file, args, monkeypatch):
 
 def test_the_checker_runs_by_itself(hanging, file):
     run("fk", hanging, "--lengths", "2,5", "--certificate", file)
-    alone = [sys.executable, "-m", "certificates", str(file), "-q", "--jobs", "2", "--sample", "9"]
+    alone = [sys.executable, "-m", "certificates", str(file), "-q", "--threads", "2", "--sample", "9"]
     done = subprocess.run(alone, capture_output=True, text=True, timeout=100)
     assert (done.returncode, done.stderr) == (0, "")
     assert done.stdout == "PROVED: 1 static pose, and no other one\n"
@@ -155,9 +164,79 @@ def test_the_checker_runs_by_itself(hanging, file):
     assert done.returncode == 2 and done.stdout.startswith("MALFORMED: ") and done.stderr == ""
 
 
+UC2 = ("fk", "uc2", "--lengths", "7.5,8", "--certificate")
+
+
+@pytest.fixture(scope="module")
+def uc2(tmp_path_factory):
+    """The certificate of the two taut cables of uc2."""
+    path = tmp_path_factory.mktemp("uc2") / "uc2.cert"
+    assert run(*UC2, path, "--taut", "c1,c2").exit_code == 0
+    return path
+
+
+@pytest.mark.parametrize(
+    "asked",
+    [
+        ["--robot", "uc2"],
+        ["--robot", "uc2", "--lengths", "7.5,8"],
+        ["--robot", "uc2", "--lengths", "c2=8.0,c1=75e-1"],
+        ["--robot", "uc2", "--lengths", "7.5,8", "--taut", "c2,c1", "--external-force", "0,0,0"],
+    ],
+)
+def test_a_certificate_is_of_the_robot_and_question_that_are_named(uc2, asked):
+    checked = run("check", uc2, *asked)
+    assert checked.exit_code == 0, checked.output
+    assert checked.stdout.startswith("PROVED: 8 static poses of subset c1,c2, and no other one\n")
+    assert checked.stdout.splitlines()[1].startswith('robot "uc2", sha256 "')
+
+
+@pytest.mark.parametrize(
+    ("asked", "what"),
+    [
+        (["--robot", "uc3"], "robot differs"),
+        (["--robot", "uc2", "--lengths", "7.5,8.000000000000000000001"], "lengths differ"),
+        (["--robot", "uc2", "--lengths", "7.5,8..8.1"], "lengths differ"),
+        (["--robot", "uc2", "--lengths", "7.5,8", "--external-force", "0,0,1"], "external force differs"),
+        (["--robot", "uc2", "--taut", "c1"], "subset differs"),
+        (["--robot", "uc2", "--ignore-slack"], "--ignore-slack differs"),
+    ],
+)
+def test_a_certificate_of_something_else_is_not_proved(uc2, asked, what):
+    checked = run("check", uc2, *asked)
+    assert checked.exit_code == ExitCode.NOT_PROVED == 5
+    assert checked.stdout == f"NOT PROVED: the certificate is of another question: its {what}\n"
+
+
+@pytest.mark.parametrize(
+    "asked",
+    [
+        ["--lengths", "7.5,8"],
+        ["--taut", "c1"],
+        ["--robot", "uc2", "--lengths", "7.5"],
+        ["--robot", "no_such"],
+    ],
+)
+def test_a_wrong_question_for_a_check(uc2, asked):
+    checked = run("check", uc2, *asked)
+    assert checked.exit_code == ExitCode.INVALID and len(checked.stderr.splitlines()) == 1
+
+
+def test_what_is_no_certificate_is_said_to_be_none_whatever_is_asked(uc2, tmp_path):
+    path = tmp_path / "cut.cert"
+    path.write_bytes(uc2.read_bytes()[:-1])
+    checked = run("check", path, "--robot", "uc2")
+    assert checked.exit_code == ExitCode.INVALID and checked.stdout.startswith("MALFORMED: ")
+
+
+def test_a_size_limit(uc2):
+    assert run("check", uc2, "--size-limit", "1", "-q").exit_code == 0
+    assert run("check", uc2, "--sample", "5", "--seed", "3").stdout.splitlines()[5].endswith("--seed 3")
+
+
 def test_progress_is_shown_on_a_terminal(file, monkeypatch, capsys):
     write(file, platform(*[leaf(Node.UNDECIDED, 2)] * 4))
     monkeypatch.setattr("sys.stderr.isatty", lambda: True, raising=False)
     monkeypatch.setattr("sys.argv", ["certificates", str(file)])
-    assert main() == 0
+    assert main() == 3
     assert "16/16 cells" in capsys.readouterr().err

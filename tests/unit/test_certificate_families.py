@@ -10,7 +10,7 @@ from certificates.balls import column, hull, norm
 from certificates.claims import Pose, spoke
 from certificates.families import check_one_point_family
 from certificates.point_mass import IDENTITY
-from certificates.turning import Circle, check_turning, circle, end_poses, everywhere, never_slack, turned
+from certificates.turning import Circle, check_turning, circle, everywhere, never_slack, turned
 from certificates.verdicts import Malformed, NotProved
 from tests.point_certificates import case, robot
 
@@ -280,26 +280,6 @@ def test_a_circle_is_the_distance(turning):
             value = around.over(arb(0.4), arb(0.6))
             assert value.contains(around.over(arb(0.45), arb(0.45)))
             assert value.contains(around.over(arb(0.6), arb(0.6)))
-
-
-def test_ends_are_tight(turning):
-    problem, pose, point, up = turning
-    with ctx.workprec(200):
-        near = replace(
-            problem, lengths=[*problem.lengths[:2], (lengths_at(problem, pose, 2),) * 2, problem.lengths[3]]
-        )
-        ends = end_poses(near, (0,), 2, pose, point, up)
-        assert len(ends) == 2
-        found = [norm(spoke(near, end, 2)[1]) for end in ends]
-        assert all(abs(x - near.lengths[2][0]) < 1e-12 for x in found)
-        assert all(end.densities[2] == 0 and end.densities[0] == 1 for end in ends)
-    far = replace(problem, lengths=[(fmpq(50), fmpq(50))] * 4)
-    assert not any(end.centre[0, 0].is_finite() for end in end_poses(far, (0,), 2, pose, point, up))
-
-
-def lengths_at(problem, pose, i):
-    """Return a rational near the distance of a cable."""
-    return fmpq(*float(norm(spoke(problem, pose, i)[1])).as_integer_ratio())
 
 
 def test_never_slack(turning):

@@ -15,11 +15,11 @@ import pytest
 from flint import ctx
 
 from cdpr_interval import load_robot
-from certificates import check, searches
+from certificates import check, leaves, searches
 from certificates.balls import BITS
-from certificates.checker import Certificate
+from certificates.certificate import Certificate
 from certificates.container import pack
-from certificates.subsets import Kind
+from certificates.root_claims import check_all_roots
 from certificates.tree import Node
 from certificates.verdicts import NotProved, Verdict
 from solvers import certificate_tree
@@ -303,7 +303,7 @@ def test_trees_with_parts_dropped_swapped_or_made_up_are_refused(
     uc2: dict[str, Any], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ):
     # What is false stays so in more parts; fewer are refused sooner.
-    monkeypatch.setattr(searches, "PIECES", 16)
+    monkeypatch.setattr(leaves, "PIECES", 16)
     generator = random.Random(SEED)
     for search in (0, 1):
         for chart in (0, 2):
@@ -395,7 +395,7 @@ def uc3() -> dict[str, Any]:
 
 def searches_of(document: dict[str, Any]) -> searches.Searches:
     """Return the searches of a certificate's only subset."""
-    return Certificate(pack(document)).searches(0, Kind.GENERAL)
+    return Certificate(pack(document)).searches(0)
 
 
 def confirmed(found: searches.Searches, leaf: Any) -> bool:
@@ -411,12 +411,13 @@ def confirmed(found: searches.Searches, leaf: Any) -> bool:
 @pytest.mark.slow
 def test_leaves_of_a_large_certificate_are_confirmed(uc3: dict[str, Any]):
     found = searches_of(uc3)
-    assert len(found.leaves) > 10_000 and found.open == (0, 0)
-    assert sum(map(len, reader.trees(uc3))) < 40 * len(found.leaves)
+    cells = found.tally()
+    assert cells.leaves > 10_000 and cells.pending == cells.undecided == 0
+    assert sum(map(len, reader.trees(uc3))) < 40 * cells.leaves
     with ctx.workprec(BITS):
-        assert found.check_roots() == set(range(14))
+        assert check_all_roots(found, Certificate(pack(uc3)).solutions) == set(range(14))
     generator = random.Random(SEED)
-    for leaf in generator.sample(found.leaves, 150):
+    for leaf in generator.sample(list(found.leaves()), 150):
         assert confirmed(found, leaf), leaf[1]
 
 
@@ -424,9 +425,9 @@ def test_leaves_of_a_large_certificate_are_confirmed(uc3: dict[str, Any]):
 def test_false_leaves_of_a_large_certificate_are_refused(
     uc3: dict[str, Any], monkeypatch: pytest.MonkeyPatch
 ):
-    monkeypatch.setattr(searches, "PIECES", 16)
+    monkeypatch.setattr(leaves, "PIECES", 16)
     generator, tried = random.Random(SEED), 0
-    before = {leaf for _, leaf in searches_of(uc3).leaves}
+    before = {leaf for _, leaf in searches_of(uc3).leaves()}
     while tried < 12:
         chart = generator.randrange(4)
         tree = base64.b64decode(uc3["subsets"][0]["searches"][0]["trees"][chart])
@@ -437,19 +438,19 @@ def test_false_leaves_of_a_large_certificate_are_refused(
         instead = generator.choice([v for v in false_leaves(generator) if v and v[0] != Node.TOO_LONG])
         changed = with_tree(uc3, 0, chart, lambda t, p=place, v=instead: without(t, p, v))
         found = searches_of(changed)
-        new = [leaf for leaf in found.leaves if leaf[1] not in before]
+        new = [leaf for leaf in found.leaves() if leaf[1] not in before]
         assert new and not all(confirmed(found, leaf) for leaf in new)
 
 
 @pytest.mark.slow
 def test_a_tree_with_swapped_halves_is_refused(uc3: dict[str, Any]):
     generator = random.Random(SEED)
-    before = {leaf for _, leaf in searches_of(uc3).leaves}
+    before = {leaf for _, leaf in searches_of(uc3).leaves()}
     for chart in range(4):
         tree = base64.b64decode(uc3["subsets"][0]["searches"][0]["trees"][chart])
         place = generator.choice(inner(tree)[-20:])
         found = searches_of(with_tree(uc3, 0, chart, lambda t, p=place: swapped(t, p)))
-        new = [leaf for leaf in found.leaves if leaf[1] not in before]
+        new = [leaf for leaf in found.leaves() if leaf[1] not in before]
         assert new and not all(confirmed(found, leaf) for leaf in new)
 
 

@@ -1,0 +1,137 @@
+"""Roots of a search: what each box holds, and that it is what is listed, or no static pose."""
+
+from __future__ import annotations
+
+from itertools import combinations
+
+from flint import arb_mat
+
+from certificates.balls import column, hull, norm, unit
+from certificates.claims import Pose, check_pose, spoke
+from certificates.clock import in_time
+from certificates.forms import box_forms, enclosing, units
+from certificates.jets import Jet
+from certificates.newton import Zero
+from certificates.problem import Listed
+from certificates.roots import System
+from certificates.searches import Root, Search, Searches
+from certificates.turning import check_turning, never_slack
+from certificates.verdicts import NotProved
+
+
+def check_all_roots(searches: Searches, solutions: list[Listed]) -> set[int]:
+    """Check all roots of a subset; return the solutions they prove."""
+    return {k for search in searches.searches for k in check_roots(search, solutions)}
+
+
+def check_roots(search: Search, solutions: list[Listed]) -> set[int]:
+    """Check the roots of one search; return the solutions they prove."""
+    found: set[int] = set()
+    families: list[tuple[Root, Pose]] = []
+    for root in search.roots:
+        in_time()
+        pose = check_root(search, root, solutions)
+        if root.pose is not None:
+            found.add(root.pose)
+            families += [(root, pose)] if search.setting.family else []
+    for (first, pose), (second, other) in combinations(families, 2):
+        in_time()
+        require_distinct(search, first, pose, second, other)
+    return found
+
+
+def require_distinct(search: Search, first: Root, pose: Pose, second: Root, other: Pose) -> None:
+    """Raise NotProved unless two roots are listed as one family just when they are.
+
+    A search meets each family in one pose only: the poses are turned about the axis until an entry of u is
+    0, and turned on they would be met again only where they are symmetric about it (w = z = 0), where the
+    equations are singular. So two families are different when these poses are.
+    """
+    entries = zip(
+        [*pose.rotation.entries(), *pose.centre.entries()],
+        [*other.rotation.entries(), *other.centre.entries()],
+        strict=True,
+    )
+    where = search.coordinates(second.chart, pose.rotation, pose.centre)
+    if first.pose != second.pose and all(a.overlaps(b) for a, b in entries):
+        raise NotProved("a family may be listed twice")
+    if first.pose == second.pose and (where is None or not search.lies_in(where, second)):
+        raise NotProved("one family is listed for roots that may be two")
+
+
+def check_root(search: Search, root: Root, solutions: list[Listed]) -> Pose:
+    """Check a root and what is listed of its pose; return this pose."""
+    system = search.system(root.chart)
+    if not system.has_one_zero_at_most(box_forms(root.box)):
+        raise NotProved("a root's box is not proved to hold at most one pose")
+    zero = system.zero_near([(lo + hi) / 2 for lo, hi in root.box])
+    where = [v.value if isinstance(v, Jet) else v for v in system.jets(zero.entries())[:6]]
+    if not search.lies_in(where, root):
+        raise NotProved("the pose near a root's middle is not proved to lie in its box")
+    pose = pose_of(search, system, zero)
+    if root.pose is None and is_rejected(search, pose):
+        return pose
+    if search.setting.family:
+        check_family(search, root, pose, solutions)
+        return pose
+    if root.pose is None:
+        raise NotProved("a root's pose is not listed and may be a solution")
+    listed = solutions[root.pose]
+    if listed.family is not None:
+        raise NotProved(f"solution {root.pose + 1} is listed as a family but is a single pose")
+    check_pose(search.problem, listed, search.setting.taut, pose)
+    check_alone(search, root, listed)
+    return pose
+
+
+def pose_of(search: Search, system: System, zero: Zero) -> Pose:
+    """Return the pose of a zero."""
+    rotation, way, densities = system.pose(zero)
+    centre = column(search.problem.exits[search.order[0]]) + way
+    return Pose(rotation, centre, dict(zip(search.order, densities, strict=True)))
+
+
+def is_rejected(search: Search, pose: Pose) -> bool:
+    """Return True for a pose proved not to be static: a cable would push, or another one is too long."""
+    problem = search.problem
+    if not problem.ignore_tension_sign and any(t < 0 for t in pose.densities.values()):
+        return True
+    return any(
+        norm(spoke(problem, pose, i)[1]) > hi
+        for i, (_, hi) in enumerate(problem.lengths)
+        if search.may_be_slack(i)
+    )
+
+
+def check_alone(search: Search, root: Root, listed: Listed) -> None:
+    """Refuse a listed box that does not lie in its root's box: it might hold another pose.
+
+    Two cables: a pose lies in the plane of one of the two mirrored frames when both carry. In the other
+    frame it is a half turn away, where the chart does not reach (trace > 0 over the box).
+    """
+    rotation = arb_mat([[hull(*b) for b in row] for row in listed.rotation])
+    centre = arb_mat([[hull(*b)] for b in listed.position]) + rotation * column(search.problem.centre)
+    where = search.coordinates(root.chart, rotation, centre)
+    if where is None or not search.lies_in(where, root):
+        raise NotProved("a solution's box is not proved to hold one pose only")
+    if not search.setting.planar:
+        return
+    found = search.system(root.chart).tensions([enclosing(v) for v in where])
+    decided = [k for k, i in enumerate(search.order) if listed.states[i] != "undecided"]
+    if found is None or any(abs(units(found[0][k])) <= found[1][k] for k in decided):
+        raise NotProved("a solution's box may hold poses at which a cable carries nothing")
+
+
+def check_family(search: Search, root: Root, pose: Pose, solutions: list[Listed]) -> None:
+    """Check a family by one of its poses."""
+    problem, setting = search.problem, search.setting
+    if setting.vertical and setting.rod:
+        raise NotProved("families about two axes cannot be checked")
+    point, direction = column(problem.exits[search.order[0]]), column(unit([-v for v in problem.load]))
+    if setting.rod:
+        arm = next(problem.points[i] for i in setting.taut if any(problem.points[i]))
+        point, direction = pose.centre, pose.rotation * column(unit(arm))
+    if root.pose is None:
+        never_slack(problem, setting.taut, pose, point, direction)
+    else:
+        check_turning(problem, solutions[root.pose], setting.taut, pose, point, direction)
