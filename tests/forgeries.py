@@ -26,6 +26,8 @@ from tests import plain_certificate_reader as reader
 from tests.honest_certificates import Document, Honest
 
 BOUNDS = ("position_m", "rotation", "height_m", "tensions_N", "distances_m")
+WIDER = 0.2
+"""How much a listed box grows that its chart still reaches."""
 BY = 1e-3
 """How far things are moved: more than any bounds are wide, but where lengths are ranges."""
 
@@ -115,6 +117,11 @@ def pointers_changed(document: Document, generator: random.Random) -> Iterator[F
     )
     for k, solution in some(solutions, generator):
         yield Forgery(f"drop {k}", dropped(document, k), True)
+        for n, entry in enumerate(document["subsets"]):
+            if k in entry.get("point", {}).get("poses", []):
+                less = dropped(document, k)
+                less["subsets"][n]["point"]["proof"] = {"kind": "dependent"}
+                yield Forgery(f"drop {k} as dependent", less, True)
         if any(root["pose"] == k for search in searches(document) for root in search["roots"]):
             yield Forgery(f"forget {k}", forgotten(document, k), whole)
         yield Forgery(f"duplicate {k}", with_another(document, k, copy.deepcopy(solution)), True)
@@ -159,16 +166,19 @@ def roots_changed(document: Document, generator: random.Random) -> Iterator[Forg
         for i, root in some(search["roots"], generator):
             k = root["pose"]
 
-            def other(changed: Document, k: int | None = k, n: int = n, i: int = i) -> Document:
-                """Return the document with another root, and the listed box as wide as can be."""
+            def other(
+                changed: Document, by: float | None = None, k: int | None = k, n: int = n, i: int = i
+            ) -> Document:
+                """Return the document with another root, and the listed box wider, or as wide as can be."""
                 found = copy.deepcopy(document)
                 list(searches(found))[n]["roots"][i] = changed
                 if k is not None:
-                    widen_all(found["solutions"][k])
+                    widen_all(found["solutions"][k], by)
                 return found
 
             flat = {key: [at_middle(b) for b in root[key]] for key in ("u", "x")}
             yield Forgery(f"flatten root {n} {i}", other({**root, **flat}), True)
+            yield Forgery(f"flatten root {n} {i}, wider box", other({**root, **flat}, WIDER), True)
             part = {"x": [at_middle(root["x"][0]), *root["x"][1:]]}
             yield Forgery(f"flatten x of root {n} {i}", other({**root, **part}), True)
             wide = {"u": [b if zero(b) else hexed(-1, 1) for b in root["u"]]}
@@ -494,11 +504,14 @@ def all_moved(solution: Document, by: float) -> Document:
     return found
 
 
-def widen_all(solution: Document) -> None:
-    """Make a solution's bounds as wide as can be."""
+def widen_all(solution: Document, by: float | None = None) -> None:
+    """Make a solution's bounds wider, None: as wide as can be."""
     for key in BOUNDS:
         most = 2.0 if key == "rotation" else 1e4
-        solution[key] = every_bound(solution[key], lambda lo, hi, m=most: (-m, m))
+        if by is None:
+            solution[key] = every_bound(solution[key], lambda lo, hi, m=most: (-m, m))
+        else:
+            solution[key] = every_bound(solution[key], lambda lo, hi, w=by: (lo - w, hi + w))
     solution["stability"] = "undecided"
 
 
