@@ -2,7 +2,8 @@
 
 Every forgery has a right digest. `Forgery.is_lie` is True where something in the document is false by
 construction, whatever the robot: such a one must never be PROVED, not even in part. Of the others (wider
-bounds, other trees, random changes) `false_statements` judges what a PROVED claims, by what the solver found.
+bounds, other trees, random changes) `tests/certificate_truth.py` judges what a PROVED claims, by what the
+solver found.
 """
 
 from __future__ import annotations
@@ -11,21 +12,30 @@ import base64
 import copy
 import math
 import random
-import re
 import struct
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
-
 from certificates.tree import Node
-from certificates.verdicts import Report, Verdict
-from solvers.result import Result, Solution
 from tests import plain_certificate_reader as reader
 from tests.honest_certificates import Document, Honest
+from tests.listed_bounds import (
+    BOUNDS,
+    all_moved,
+    apart,
+    at_middle,
+    differ,
+    every_bound,
+    hexed,
+    undecided,
+    widen_all,
+    with_hull,
+    zero,
+)
 
-BOUNDS = ("position_m", "rotation", "height_m", "tensions_N", "distances_m")
+WIDER = 0.2
+"""How much a listed box grows that its chart still reaches."""
 BY = 1e-3
 """How far things are moved: more than any bounds are wide, but where lengths are ranges."""
 
@@ -115,6 +125,11 @@ def pointers_changed(document: Document, generator: random.Random) -> Iterator[F
     )
     for k, solution in some(solutions, generator):
         yield Forgery(f"drop {k}", dropped(document, k), True)
+        for n, entry in enumerate(document["subsets"]):
+            if k in entry.get("point", {}).get("poses", []):
+                less = dropped(document, k)
+                less["subsets"][n]["point"]["proof"] = {"kind": "dependent"}
+                yield Forgery(f"drop {k} as dependent", less, True)
         if any(root["pose"] == k for search in searches(document) for root in search["roots"]):
             yield Forgery(f"forget {k}", forgotten(document, k), whole)
         yield Forgery(f"duplicate {k}", with_another(document, k, copy.deepcopy(solution)), True)
@@ -159,16 +174,19 @@ def roots_changed(document: Document, generator: random.Random) -> Iterator[Forg
         for i, root in some(search["roots"], generator):
             k = root["pose"]
 
-            def other(changed: Document, k: int | None = k, n: int = n, i: int = i) -> Document:
-                """Return the document with another root, and the listed box as wide as can be."""
+            def other(
+                changed: Document, by: float | None = None, k: int | None = k, n: int = n, i: int = i
+            ) -> Document:
+                """Return the document with another root, and the listed box wider, or as wide as can be."""
                 found = copy.deepcopy(document)
                 list(searches(found))[n]["roots"][i] = changed
                 if k is not None:
-                    widen_all(found["solutions"][k])
+                    widen_all(found["solutions"][k], by)
                 return found
 
             flat = {key: [at_middle(b) for b in root[key]] for key in ("u", "x")}
             yield Forgery(f"flatten root {n} {i}", other({**root, **flat}), True)
+            yield Forgery(f"flatten root {n} {i}, wider box", other({**root, **flat}, WIDER), True)
             part = {"x": [at_middle(root["x"][0]), *root["x"][1:]]}
             yield Forgery(f"flatten x of root {n} {i}", other({**root, **part}), True)
             wide = {"u": [b if zero(b) else hexed(-1, 1) for b in root["u"]]}
@@ -402,130 +420,3 @@ def inner_places(document: Document) -> Iterator[tuple[Any, Any]]:
             yield value, key
             if isinstance(value[key], list | dict):
                 waiting.append(value[key])
-
-
-# What is true.
-
-
-def false_statements(document: Document, report: Report, truth: Result) -> list[str]:
-    """Return what a PROVED says that is not so, the question being that of the truth."""
-    if report.verdict is not Verdict.PROVED:
-        return []
-    listed = document["solutions"]
-    is_open = any("undecided" in s["states"] or s["slack_respected"] is None for s in listed)
-    counted = re.search(r"\d+ static|no static pose|no other", report.message)
-    if is_open:
-        return ["poses are counted"] * bool(counted) + ["open but complete"] * report.complete
-    wrong, free = [], list(truth.solutions)
-    for k, solution in enumerate(listed):
-        found = next((i for i, s in enumerate(free) if agrees(solution, s)), None)
-        if found is None:
-            wrong.append(f"solution {k} is none, or is counted twice")
-        else:
-            del free[found]
-    return wrong + [f"{len(free)} poses are missing"] * bool(report.complete and free)
-
-
-def agrees(listed: Document, solution: Solution) -> bool:
-    """Return True when what is listed is true of a solution that was found."""
-    words = listed["states"] == [str(s) for s in solution.cable_states]
-    words &= listed["stability"] in ("undecided", str(solution.stability))
-    words &= (listed["family"] is None) == (solution.family is None)
-    pairs = [
-        (listed["position_m"], solution.position),
-        (listed["rotation"], solution.rotation),
-        (listed["height_m"], solution.height),
-        (listed["tensions_N"], solution.tensions),
-        (listed["distances_m"], solution.distances),
-    ]
-    return words and all(holds(outer, inner) for outer, inner in pairs)
-
-
-def holds(outer: Any, inner: Any) -> bool:
-    """Return True when bounds (..., 2) hold the middles of others."""
-    bounds = np.array(every_bound(outer, lambda lo, hi: (lo, hi), text=False))
-    middle = inner.mean(axis=-1)
-    return bool(np.all(bounds[..., 0] <= middle) and np.all(middle <= bounds[..., 1]))
-
-
-# Bounds.
-
-
-def hexed(lo: float, hi: float) -> list[str]:
-    """Return bounds as they are written."""
-    return [float(lo).hex(), float(hi).hex()]
-
-
-def every_bound(value: Any, change: Callable[[float, float], tuple[float, float]], text: bool = True) -> Any:
-    """Return nested lists of bounds, each changed."""
-    if isinstance(value[0], str):
-        found = change(*map(float.fromhex, value))
-        return hexed(*found) if text else list(found)
-    return [every_bound(v, change, text) for v in value]
-
-
-def at_middle(bounds: list[str]) -> list[str]:
-    """Return bounds without width."""
-    lo, hi = map(float.fromhex, bounds)
-    return hexed((lo + hi) / 2, (lo + hi) / 2)
-
-
-def zero(bounds: list[str]) -> bool:
-    """Return True for the bounds of an entry that is fixed."""
-    return bounds == hexed(0, 0)
-
-
-def apart(a: list[str], b: list[str]) -> bool:
-    """Return True for bounds that have nothing in common."""
-    (p, q), (r, s) = (map(float.fromhex, v) for v in (a, b))
-    return q < r or s < p
-
-
-def differ(a: list[list[str]], b: list[list[str]]) -> bool:
-    """Return True for boxes that have nothing in common."""
-    return any(apart(x, y) for x, y in zip(a, b, strict=True))
-
-
-def all_moved(solution: Document, by: float) -> Document:
-    """Return a solution beside another one."""
-    found = copy.deepcopy(solution)
-    for key in ("position_m", "height_m"):
-        found[key] = every_bound(solution[key], lambda lo, hi: (lo + by, hi + by))
-    return found
-
-
-def widen_all(solution: Document) -> None:
-    """Make a solution's bounds as wide as can be."""
-    for key in BOUNDS:
-        most = 2.0 if key == "rotation" else 1e4
-        solution[key] = every_bound(solution[key], lambda lo, hi, m=most: (-m, m))
-    solution["stability"] = "undecided"
-
-
-def with_hull(document: Document, j: int, k: int) -> Document:
-    """Return a document in which the bounds of solution j hold those of solution k too."""
-    found = copy.deepcopy(document)
-    one, other = found["solutions"][j], found["solutions"][k]
-    for key in BOUNDS:
-        one[key] = hull(one[key], other[key])
-    return found
-
-
-def hull(a: Any, b: Any) -> Any:
-    """Return nested bounds around two."""
-    if isinstance(a[0], str):
-        (p, q), (r, s) = (map(float.fromhex, v) for v in (a, b))
-        return hexed(min(p, r), max(q, s))
-    return [hull(x, y) for x, y in zip(a, b, strict=True)]
-
-
-def undecided(document: Document, k: int) -> Document:
-    """Return a document that says as little as can be of a solution's cables."""
-    found = copy.deepcopy(document)
-    found["solutions"][k] |= {
-        "states": ["undecided"] * len(found["solutions"][k]["states"]),
-        "taut": [],
-        "slack_respected": None,
-        "stability": "undecided",
-    }
-    return found

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import base64
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from fractions import Fraction
 from functools import cache
 from typing import Any
 
@@ -70,7 +72,8 @@ CLASSES: dict[str, Callable[[], Honest]] = {
     "rod": lambda: honest(robot([(0, 0, 3), (2, 0.5, 3)], [(-1, 0, 0), (1, 0, 0)]), ["1.5", "1.7"]),
     "plane": lambda: honest(load_robot("uc2"), "7.5,8"),
     "plane, ranges": lambda: honest(load_robot("uc2"), "7.5+-0.0001,8", "c1,c2"),
-    "three cables": lambda: three_cables(),
+    "three cables": lambda: three_cables("7.5,8,7"),
+    "three cables, ranges": lambda: three_cables("7.5+-0.000001,8+-0.000001,7"),
 }
 
 
@@ -80,10 +83,10 @@ def made(name: str) -> Honest:
     return CLASSES[name]()
 
 
-def three_cables() -> Honest:
+def three_cables(lengths: str) -> Honest:
     """Return uc3's 14 poses of three taut cables, of whose trees only the way to each root is looked at."""
     options = Options(record=Record())
-    problem = pose_problem(load_robot("uc3"), "7.5,8,7", "c1,c2,c3", None, options)
+    problem = pose_problem(load_robot("uc3"), lengths, "c1,c2,c3", None, options)
     result = answer_question(problem, options)
     assert options.record is not None
     kept = options.record.searches
@@ -92,15 +95,21 @@ def three_cables() -> Honest:
     document = certificate_document(problem, options, result, subset_entries(problem, options, result))
     search = document["subsets"][0]["searches"][0]
     first = next(root for root in search["roots"] if root["chart"] == 0)
-    search["trees"][0] = base64.b64encode(way_to(first)).decode()
+    longest = Fraction(document["lengths_m"][search["order"][0]][1])
+    reach = (
+        float(longest) if Fraction(float(longest)) >= longest else math.nextafter(float(longest), math.inf)
+    )
+    search["trees"][0] = base64.b64encode(way_to(first, reach)).decode()
     return Honest(document, result)
 
 
-def way_to(root: Document) -> bytes:
-    """Return a tree that ends in one cell inside a root's box; beside it nothing is looked at."""
+def way_to(root: Document, reach: float) -> bytes:
+    """Return a tree that ends in one cell inside a root's box; beside it nothing is looked at.
+
+    ``reach`` : no entry of x is larger.
+    """
     box = [tuple(map(float.fromhex, b)) for key in ("u", "x") for b in root[key]]
     middle = [(lo + hi) / 2 for lo, hi in box]
-    reach = 7.5
     cell = [(-1.0, 1.0)] * 3 + [(-reach, reach)] * 3
     content = bytes([Node.HAND_ON])
     closing = b""

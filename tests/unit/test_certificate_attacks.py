@@ -32,8 +32,9 @@ from solvers.forward import answer_question, pose_problem
 from solvers.problem import Options
 from solvers.proof import difference
 from tests import hanging_mass
-from tests.forgeries import at_middle, dropped, hexed, undecided, widen_all, with_hull
+from tests.forgeries import dropped
 from tests.honest_certificates import CORNERS, TURNED, Document, honest, made
+from tests.listed_bounds import at_middle, hexed, undecided, widen_all, with_hull
 from tests.point_certificates import robot
 
 LINE = robot([(0, 0, 0), (2, 0, 0), (4, 0, 0)], mass=1)

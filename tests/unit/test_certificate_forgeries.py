@@ -9,7 +9,8 @@ import pytest
 import certificates
 from certificates.container import pack
 from certificates.verdicts import Verdict
-from tests.forgeries import Forgery, false_statements, forgeries, havoc
+from tests.certificate_truth import false_statements
+from tests.forgeries import Forgery, forgeries, havoc
 from tests.honest_certificates import CLASSES, Honest, made
 
 SEED = 20261128
