@@ -131,10 +131,13 @@ def contained(first: Sequence[int], error: Sequence[Sequence[int]]) -> list[int]
 def no_position(turned: Turned) -> bool:
     """Return True when the first three spheres have no common point over the cell.
 
-    With any weights g, h a common point has 0 <= |x + g d_2 + h d_3|^2 = l_1^2 + |g d_2 + h d_3|^2 + 2 (g
-    K_2 + h K_3).
+    A common point has K = d . x <= l_1 |d|, and with any weights g, h 0 <= |x + g d_2 + h d_3|^2 = l_1^2 +
+    |g d_2 + h d_3|^2 + 2 (g K_2 + h K_3).
     """
     (d2, k2), (d3, k3) = turned.pair
+    square = turned.platform.square
+    if any((k * k - dot(d, d) * square).lowest() > 0 for d, k in turned.pair):
+        return True
     a, b, right = middles(turned)
     weights = guess.solve([[guess.inner(v, w) for w in (a, b)] for v in (a, b)], [[-k] for k in right])
     if weights is None:
@@ -142,7 +145,7 @@ def no_position(turned: Turned) -> bool:
     gh = [w[0] for w in weights]
     mixed = [combine(gh, pair) for pair in zip(d2, d3, strict=True)]
     s = turned.s
-    gap = s * s * turned.platform.square + dot(mixed, mixed) + 2 * s * combine(gh, [k2, k3])
+    gap = s * s * square + dot(mixed, mixed) + 2 * s * combine(gh, [k2, k3])
     return bool(gap.highest() < 0)
 
 

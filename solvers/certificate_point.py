@@ -317,7 +317,9 @@ def widened(solution: Solution, ranges: bool = False) -> Solution:
 
 def wider(bounds: Bounds, share: float, least: float) -> Bounds:
     """Return bounds (..., 2) that have grown on both sides, by a share of their width and a little more."""
-    by = least * (1.0 + np.abs(bounds).max(axis=-1)) + share * (bounds[..., 1] - bounds[..., 0])
+    size = np.where(np.isfinite(bounds), np.abs(bounds), 0.0).max(axis=-1)
+    width = np.where(np.isfinite(bounds).all(axis=-1), bounds[..., 1] - bounds[..., 0], 0.0)
+    by = least * (1.0 + size) + share * width
     return np.stack([bounds[..., 0] - by, bounds[..., 1] + by], axis=-1)
 
 
