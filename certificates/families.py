@@ -12,8 +12,8 @@ from typing import Any
 from flint import arb, arb_mat, ctx
 
 from certificates.balls import BITS, Vector, column, minus, norm, unit
-from certificates.claims import Pose, check_pose, check_respected, claimed
-from certificates.point_mass import IDENTITY, Point, lowest_points, pose_indices
+from certificates.claims import Pose, check_pose, check_respected, claimed, spoke
+from certificates.point_mass import Point, lowest_points, pose_indices
 from certificates.problem import Listed, Problem
 from certificates.turning import check_turning, never_slack
 from certificates.vectors import cross
@@ -45,7 +45,10 @@ def check_one_point_family(
 
 
 def check_free(problem: Problem, taut: Sequence[int], found: Point, listed: Listed | None) -> None:
-    """Check the family of all rotations, listed at the identity, or that it has no slack pose."""
+    """Check the family of all rotations, listed at one of them, or that it has no slack pose.
+
+    Its poses are the rotations at which the cables listed as slack are; with slackness ignored all of them.
+    """
     point, densities = found
     others = [i for i in range(len(problem.names)) if i not in taut]
     reach = {i: (norm(minus(problem.exits[i], point.entries())), norm(problem.points[i])) for i in others}
@@ -54,16 +57,29 @@ def check_free(problem: Problem, taut: Sequence[int], found: Point, listed: List
         if problem.ignore_slack or not far:
             raise NotProved("a family of all rotations is not excluded")
         return
+    pose = Pose(rotation_near(listed), point, densities)
     motions = [[arb(int(i == k + 3)) for i in range(6)] for k in range(3)]
-    check_pose(problem, listed, taut, Pose(IDENTITY, point, densities), motions)
+    check_pose(problem, listed, taut, pose, motions)
     family = listed.family
     kind = family is not None and family.kind == "all-rotations" and not family.angle_ranges
     claimed(kind, "another family")
-    near = [i for i, (d, arm) in reach.items() if d + arm < problem.lengths[i][0]]
-    slack = [i for i in others if listed.states[i] == "slack"]
-    claimed(problem.ignore_slack or set(slack) <= set(near), "slack in all rotations")
+    if problem.ignore_slack:
+        near = all(d + arm < problem.lengths[i][0] for i, (d, arm) in reach.items())
+    else:
+        slack = {i: norm(spoke(problem, pose, i)[1]) < problem.lengths[i][0] for i in others}
+        claimed(all(slack[i] for i in others if listed.states[i] == "slack"), "slack as listed")
+        near = all(slack.values())
     far = any(d + arm > problem.lengths[i][1] for i, (d, arm) in reach.items())
-    check_respected(problem, listed, near=near == others, far=far)
+    check_respected(problem, listed, near=near, far=far)
+
+
+def rotation_near(listed: Listed) -> arb_mat:
+    """Return a rotation near the middle of a listed one's bounds; that it lies in them is left to check."""
+    first, second = ([arb(0.5 * lo + 0.5 * hi) for lo, hi in row] for row in listed.rotation[:2])
+    if not norm(cross(first, second)) > 0:
+        raise NotProved("no rotation is listed")
+    x, z = unit(first), unit(cross(first, second))
+    return arb_mat([x, cross(z, x), z])
 
 
 def check_hung(problem: Problem, taut: Sequence[int], found: Point, listed: Listed | None, side: int) -> None:

@@ -52,6 +52,8 @@ DOUBTFUL = 2.0**-9
 """Narrower leaves, near poses and folds, are tried with the checker's test before they are written."""
 SMALLEST = 1e-7
 """Width of u at which a cell is written as undecided."""
+MOST_UNDECIDED = 2_000
+"""Undecided cells of a chart after which no more is tried: they surround what the checker has no rule for."""
 USEFUL_CUT = 0.7
 """A cut is written when some entry keeps at most this share of its width."""
 WIDER = 1e-9
@@ -68,7 +70,8 @@ class Recorder:
     """Writes one search of one subset."""
 
     def __init__(self, question: Question, setting: Setting, reduced: Reduced, listed: list[Listed]) -> None:
-        self.model, self.setting, self.listed = reduced.model, setting, listed
+        # The format has no leaf for poses that belong to a smaller subset.
+        self.model, self.setting, self.listed = reduced.model._replace(hanging=False), setting, listed
         order = [setting.taut[k] for k in reduced.model.orders[0]]
         charts = [None if setting.frozen(chart) is None else UNKNOWN for chart in range(4)]
         self.search = Search(question, setting, {"order": order, "roots": [], "trees": charts}, len(listed))
@@ -88,9 +91,6 @@ class Recorder:
                 continue
             start = Cell(chart, tuple((0.0, 0.0) if k in frozen else (-1.0, 1.0) for k in range(3)))
             nodes = self.nodes(start) if whole else [leaf(Node.PENDING)]
-            if self.model.hanging:
-                # The format has no leaf for poses that belong to a smaller subset, and these form continua.
-                nodes = [leaf(Node.UNDECIDED)]
             trees.append(base64.b64encode(b"".join(nodes)).decode("ascii"))
         return {
             "order": list(self.search.order),
@@ -134,13 +134,15 @@ class Recorder:
         return None
 
     def nodes(self, start: Cell) -> Iterable[bytes]:
-        """Yield the nodes of a chart's tree."""
-        waiting = [start]
-        while waiting:
+        """Yield the nodes of a chart's tree; where too much stays undecided the rest is pending."""
+        waiting, undecided = [start], 0
+        while waiting and undecided < MOST_UNDECIDED:
             cell = waiting.pop()
             node, below = self.placed(cell) if cell.placed else self.turned(cell)
+            undecided += node == leaf(Node.UNDECIDED)
             yield node
             waiting += reversed(below)
+        yield from [leaf(Node.PENDING)] * len(waiting)
 
     def turned(self, cell: Cell) -> tuple[bytes, Sequence[Cell]]:
         """Return a cell of u's node, and the cells below."""

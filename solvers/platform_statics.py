@@ -173,9 +173,13 @@ def balance_free_of_dependent(
         if is_loose and W[COLUMNS, RIGHT + 1, lane] > 0.0:
             nearest_point(W, COLUMNS, Y, lane, n + 1)
             is_any_left = True
+        else:
+            # Another lane's need must not change what becomes of this one.
+            W[COLUMNS, RIGHT + 1, lane] = 0.0
     if not is_any_left:
         return splat(0.0)
-    return all_positive(F, W, n, n + 1, False, rank, S)
+    tried = load(W, COLUMNS, RIGHT + 1)
+    return where_less(0.0, tried, all_positive(F, W, n, n + 1, False, rank, S), 0.0)
 
 
 @kernel(signatures(lanes, array3, INT, INT, lanes))

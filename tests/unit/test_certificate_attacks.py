@@ -31,6 +31,7 @@ from solvers.certificate_entries import subset_entries
 from solvers.forward import answer_question, pose_problem
 from solvers.problem import Options
 from solvers.proof import difference
+from solvers.result import CableState
 from tests import hanging_mass
 from tests.forgeries import dropped
 from tests.honest_certificates import CORNERS, TURNED, Document, honest, made
@@ -297,7 +298,7 @@ def test_what_is_switching_is_written_as_undecided_and_counts_as_open():
     made_of = robot([(0, 0, 0), (4, 0, 0)])
     problem = pose_problem(made_of, ["2", "5"], None, None, options)
     result = answer_question(problem, options)
-    states: Any = ("taut", "switching")
+    states = (CableState.TAUT, CableState.SWITCHING)
     switching = replace(result, solutions=(replace(result.solutions[0], cable_states=states),))
     entries = subset_entries(problem, options, switching)
     document = certificate_document(problem, options, switching, entries)
