@@ -23,7 +23,7 @@ class ArcEnd:
 
 @dataclass(frozen=True)
 class Arc:
-    """Angles from ``start`` to ``end``, start < end, at most a full turn."""
+    """Angles from ``start`` to ``end``, at most a full turn; where the width may be 0 it may be empty."""
 
     start: ArcEnd
     end: ArcEnd
@@ -82,7 +82,8 @@ def circle(
 def common_arcs(circles: list[Circle]) -> list[Arc] | None:
     """Return the arcs on which all cables are slack; one full turn (ends without cable) if none limits.
 
-    None: the order of two ends, or whether a cable ever becomes tight, could not be decided.
+    Two arcs that touch, up to rounding, have one in common whose width is not proved positive. None: whether
+    a cable ever becomes tight could not be decided.
     """
     limits: list[Arc] = []
     for c in circles:
@@ -100,16 +101,13 @@ def common_arcs(circles: list[Circle]) -> list[Arc] | None:
     for limit in limits[1:]:
         shorter: list[Arc] = []
         for arc in arcs:
-            parts = intersect(arc, limit)
-            if parts is None:
-                return None
-            shorter += parts
+            shorter += intersect(arc, limit)
         arcs = shorter
     return arcs
 
 
-def intersect(a: Arc, b: Arc) -> list[Arc] | None:
-    """Return the parts of ``a`` inside ``b`` (both less than a full turn), None if undecided."""
+def intersect(a: Arc, b: Arc) -> list[Arc]:
+    """Return the parts of ``a`` inside ``b`` (both less than a full turn) that are not proved empty."""
     turn = 2 * arb.pi()
     parts: list[Arc] = []
     # b's start is shifted to within half a turn of a's start; its neighbours may meet a as well.
@@ -123,10 +121,8 @@ def intersect(a: Arc, b: Arc) -> list[Arc] | None:
             ArcEnd(start.angle.max(a.start.angle), first.cable),
             ArcEnd(end.angle.min(a.end.angle), last.cable),
         )
-        if part.width > 0:
+        if not part.width < 0:
             parts.append(part)
-        elif not part.width < 0:
-            return None
     return parts
 
 

@@ -15,7 +15,7 @@ from solvers.platform_frame import Pose, upward
 from solvers.platform_hanging import slack_rotation
 from solvers.platform_solution import length_ball, pose_solution, turning
 from solvers.problem import Options, Problem
-from solvers.result import CableState, Family, Proof, Solution
+from solvers.result import Family, Proof, Solution
 
 Floats = NDArray[np.float64]
 
@@ -92,12 +92,15 @@ def turning_solutions(
     ends = [FamilyEnd(taut, c.cable, turned(pose, axis, angle)) for c in around for angle in crossings(c)]
     full = [Arc(ArcEnd(-arb.pi(), None), ArcEnd(arb.pi(), None))]
     arcs: list[Arc] | None
+    touching: list[Arc] = []
     states: dict[int, bool | None]
     if options.ignore_slack:
         # A full turn; another cable is not slack when it is too long at some angle.
         arcs, states = full, {c.cable: always(c) for c in around}
     else:
-        arcs = common_arcs(around)
+        common = common_arcs(around)
+        arcs = None if common is None else [arc for arc in common if arc.width > 0]
+        touching = [] if common is None else [arc for arc in common if not arc.width > 0]
         states = {c.cable: True for c in around}
         if arcs is None:
             arcs = full
@@ -105,8 +108,10 @@ def turning_solutions(
             if any(s is False for s in states.values()):
                 return [], ends
             states = {c: s or None for c, s in states.items()}
+    single = [touching_solution(problem, options, taut, pose, axis, arc, around) for arc in touching]
+    apart = [solution for solution in single if solution is not None]
     if not arcs:
-        return [], ends
+        return apart, ends
     longest = max(arcs, key=lambda a: float(a.width.mid()))
     zero = ((longest.start.angle + longest.end.angle) / 2).mid()
     if arcs is not full and any(a.start.cable is not None for a in arcs):
@@ -132,7 +137,23 @@ def turning_solutions(
         family_motions=[motion],
         slack_everywhere=states,
     )
-    return ([] if found is None else [found]), ends
+    return apart + ([] if found is None else [found]), ends
+
+
+def touching_solution(
+    problem: Problem,
+    options: Options,
+    taut: tuple[int, ...],
+    pose: Pose,
+    axis: Axis,
+    arc: Arc,
+    around: list[Circle],
+) -> Solution | None:
+    """Return the pose of an arc that may be empty or a single angle, where two cables just become tight."""
+    at = turned(pose, axis, arc.start.angle.union(arc.end.angle))
+    ends = (arc.start.cable, arc.end.cable)
+    states = {c.cable: None if c.cable in ends else True for c in around}
+    return pose_solution(problem, options, taut, at, slack_everywhere=states)
 
 
 def everywhere(c: Circle) -> bool | None:
@@ -230,8 +251,3 @@ def free_turning_solution(
         slack_everywhere=states,
     )
     return found if found is None or not note else replace(found, note=note)
-
-
-def is_open(solution: Solution) -> bool:
-    """Return True where a cable's state is undecided."""
-    return CableState.UNDECIDED in solution.cable_states

@@ -176,3 +176,16 @@ def test_a_family_whose_slack_angles_lie_behind() -> None:
             assert pose.distances[1, 1] < 1.5
             (start, end), *_ = pose.family.angle_ranges  # type: ignore[union-attr]
             assert np.allclose(end.mean() - start.mean(), 2 * 1.186, atol=1e-2)
+
+
+def test_slack_angles_that_only_touch_leave_open_poses() -> None:
+    """One cable leaves the half turn in front, another the one behind: two angles are left, if any."""
+    half = robot(([0, 0, 3], [0, 0, 1]), ([1, 0, 1.5], [1, 0, 0]), ([-1, 0, 1.5], [1, 0, 0]))
+    result = forward_kinematics(half, ["1", "1.5", "1.5"], cell_limit=500_000)
+    touching = [s for s in result.solutions if s.taut == (0,) and s.height.mean() < 2]
+    assert len(touching) == 2
+    for pose in touching:
+        assert not pose.is_proved and pose.family is None
+        assert pose.cable_states[1:] == (CableState.UNDECIDED,) * 2
+        assert abs(abs(pose.rotation[1, 0].mean()) - 1.0) < 1e-9
+    assert result.outcome is Outcome.INCOMPLETE and result.verify(half) == []
