@@ -6,31 +6,56 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
+from flint import arb
 from numpy.typing import NDArray
 
 from solvers import balls
 from solvers.platform_frame import Frame, Pose, half_turn, lies_in, pose_of
-from solvers.platform_roots import Root
+from solvers.platform_roots import ABOUT_ROD, ABOUT_VERTICAL, GENERAL, Reduction, Root
 
 Floats = NDArray[np.float64]
 
 
-def distinct(roots: Sequence[Root], frame: Frame) -> list[Root]:
+def distinct(roots: Sequence[Root], frame: Frame, reduction: Reduction = GENERAL) -> list[Root]:
     """Keep one root of each pose: two are the same when one lies in the other's uniqueness box.
 
-    Roots inside their chart are preferred; the order is the roots' own.
+    Of a family each chart shows another pose: it is turned to where the other chart would show it. Roots
+    inside their chart are preferred; the order is the roots' own.
     """
     ordered = sorted(roots, key=order_of)
-    candidates = may_coincide(ordered)
+    turns = reduction in (ABOUT_VERTICAL, ABOUT_ROD)
+    candidates = np.ones((len(ordered),) * 2, dtype=np.bool_) if turns else may_coincide(ordered)
     kept: list[Root] = []
     indices: list[int] = []
     for k, root in enumerate(ordered):
         others = [other for other, j in zip(kept, indices, strict=True) if candidates[k, j]]
         pose = pose_of(replace(root, box=root.core), frame) if others else None
-        if pose is None or not any(lies_in(pose, frame, other) for other in others):
+        if pose is None or not any(
+            lies_in(in_family(pose, frame, reduction, other.chart), frame, other) for other in others
+        ):
             kept.append(root)
             indices.append(k)
     return kept
+
+
+def in_family(pose: Pose, frame: Frame, reduction: Reduction, chart: int) -> Pose:
+    """Turn a pose about its family's axis to where u has no third entry in a chart.
+
+    The pose itself without a family, or where it is not proved that the chart shows it.
+    """
+    if reduction not in (ABOUT_VERTICAL, ABOUT_ROD):
+        return pose
+    flip = half_turn(chart)
+    r = frame.base * pose.rotation * frame.platform.transpose() * flip
+    along, across = r[1, 0] - r[0, 1], r[0, 0] + r[1, 1]
+    if not (across > 0 or along > 0 or along < 0):
+        return pose
+    back = balls.turn(balls.vector([0, 0, 1]), -arb.atan2(along, across))
+    if reduction == ABOUT_ROD:
+        own = frame.platform.transpose() * flip * back * flip * frame.platform
+        return replace(pose, rotation=pose.rotation * own)
+    about_z, origin = frame.base.transpose() * back * frame.base, balls.fractions(frame.origin)
+    return Pose(about_z * pose.rotation, origin + about_z * (pose.centre - origin), pose.densities)
 
 
 def order_of(root: Root) -> tuple[bool, int, list[float]]:

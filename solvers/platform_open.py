@@ -59,8 +59,8 @@ def settle(
         # Each subset is a robot of its own, and whether the others are slack is another question.
         return [*done, *(s if carries(s) else nothing_claimed(problem, s) for s in left)], regions
     while left:
-        group, left, regions = gathered(problem, done, left, regions, complete)
-        done.append(group)
+        groups, left, regions = gathered(problem, done, left, regions, complete)
+        done += groups
     return done, regions
 
 
@@ -75,13 +75,20 @@ def gathered(
     left: Sequence[Solution],
     regions: Sequence[Undecided],
     complete: bool,
-) -> tuple[Solution, list[Solution], list[Undecided]]:
-    """Return the entry of the first open one and all that is proved to be the same, and what is left."""
+) -> tuple[list[Solution], list[Solution], list[Undecided]]:
+    """Return the entry of the first open one and all that is proved to be the same, and what is left.
+
+    No entry where it is one of ``done``.
+    """
     first = left[0]
     switch = None if problem.taut is not None else switch_of(problem, first)
-    if switch is not None:
+    entry = None if switch is None else switched(problem, first, switch)
+    near = [] if entry is None else [e for e in done if meet(e, entry)]
+    # Over ranges one subset's root may be decided and another's, of the same pose, not.
+    known = [e for e in near if switch is not None and is_same(problem, switch, e)]
+    if switch is not None and entry is not None and len(near) == len(known):
         return (
-            switched(problem, first, switch),
+            [] if known else [entry],
             [s for s in left[1:] if not switch.holds(rotation_of(s), centre_of(problem, s))],
             [u for u in regions if not switch.holds(rotation_of(u), centre_of(problem, u))],
         )
@@ -99,8 +106,21 @@ def gathered(
             # The one pose may be anywhere inside: all that is there must be known to be inside or not.
             if not inside or inside[0] is not first or not all(is_apart(where, e) for e in around):
                 continue
-            return proved(problem, where, floor, inside, taken), outside, others
-    return unproved(problem, left, regions)
+            return [proved(problem, where, floor, inside, taken)], outside, others
+    group, others_left, regions_left = unproved(problem, left, regions)
+    return [group], others_left, regions_left
+
+
+def meet(one: Solution, other: Solution) -> bool:
+    """Return True when the bounds of two entries' poses have a pose in common."""
+    pairs = ((one.position, other.position), (one.rotation, other.rotation))
+    return all(np.all((a[..., 0] <= b[..., 1]) & (b[..., 0] <= a[..., 1])) for a, b in pairs)
+
+
+def is_same(problem: Problem, switch: Switch, entry: Solution) -> bool:
+    """Return True when a proved entry is proved to be the pose of a switch."""
+    single = entry.is_proved and entry.family is None
+    return single and switch.holds(rotation_of(entry), centre_of(problem, entry))
 
 
 def switch_of(problem: Problem, entry: Solution) -> Switch | None:
@@ -116,9 +136,8 @@ def switch_of(problem: Problem, entry: Solution) -> Switch | None:
     found = switch_at(problem, carrying, undecided[0], rotation, centre)
     if found is None:
         return None
-    # Over all choices of lengths the others stay slack.
-    whole = tight_cables(problem, geometry(problem, found.pose))
-    return found if set(whole) <= set(found.cables) else None
+    # The zero that was found may be another one than the entry's.
+    return found if found.holds(rotation, centre) else None
 
 
 def switched(problem: Problem, entry: Solution, switch: Switch) -> Solution:

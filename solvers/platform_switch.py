@@ -58,15 +58,27 @@ class Switch:
     """(6 + n, 2) bounds of (u, p, t) in which there is no second one."""
 
     def holds(self, rotation: arb_mat, centre: arb_mat) -> bool:
-        """Return True when all static poses with these rotations and centres are this one."""
-        where = coordinates(Pose(rotation, centre, ()), Frame.plain(), self.chart)
-        if where is None:
+        """Return True when all static poses with these rotations and centres are this one.
+
+        They are zeros of the system only where no other cable can carry, and where those that carry here
+        carry in all of them: a slack one's length is not an equation.
+        """
+        pose = Pose(rotation, centre, ())
+        where = coordinates(pose, Frame.plain(), self.chart)
+        if where is None or not self.others_are_slack(pose):
             return False
-        t = tensions_at(self.problem, self.cables, Pose(rotation, centre, ()))
-        if t is None:
+        t = tensions_at(self.problem, self.cables, pose)
+        if t is None or not all(x > 0 for i, x in zip(self.cables, t, strict=True) if i != self.switching):
             return False
         found = [*where[0], *where[1], *t]
         return all(balls.inside(x, lo, hi) for x, (lo, hi) in zip(found, self.alone.tolist(), strict=True))
+
+    def others_are_slack(self, pose: Pose) -> bool:
+        """Return True when all cables but these are proved slack in a pose's bounds, for all lengths."""
+        distances = geometry(self.problem, pose).distances
+        shortest = [balls.from_fraction(length[0]) for length in self.problem.lengths]
+        pairs = enumerate(zip(distances, shortest, strict=True))
+        return all(bool(d < least) for i, (d, least) in pairs if i not in self.cables)
 
 
 class System:

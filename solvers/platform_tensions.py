@@ -232,7 +232,9 @@ def nearest_direction(columns: Floats) -> Floats | None:
 def dual_directions(middle: Floats, i: int) -> list[Floats]:
     """Return directions y that may bound t_i best: those of the supports where t_i is largest or smallest."""
     count = middle.shape[1] - 1
-    rank = int(np.linalg.matrix_rank(middle[:, :count], tol=INDEPENDENT * np.linalg.norm(middle)))
+    # Of directions: in other units the load may be any number of times as large as the wrenches.
+    unit = middle[:, :count] / np.linalg.norm(middle[:, :count], axis=0)
+    rank = int(np.linalg.matrix_rank(unit, tol=INDEPENDENT))
     load = float(np.linalg.norm(middle[:, count]))
     found: list[tuple[float, Floats]] = []
     for support in combinations(range(count), rank):

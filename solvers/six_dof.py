@@ -183,7 +183,7 @@ class Run:
         if subset.stop is not Stop.EXHAUSTED:
             found.pending = max(found.pending, 1)
             self.stopped = subset.stop
-        roots = distinct(subset.roots, reduced.frame)
+        roots = distinct(subset.roots, reduced.frame, reduced.reduction)
         if kind.vertical and kind.rod:
             roots = one_of_each_torus(roots, reduced.frame)
         self.add_roots(taut, kind, reduced, roots, found)
@@ -302,7 +302,7 @@ def report_of(
 ) -> SubsetReport:
     """Return a subset's line in the result: incomplete where something that is open may be a pose of it."""
     complete = not found.pending and all(region.taut != taut for region in undecided)
-    if any(open_cables(own) for own in found.solutions):
+    if found.undecided or any(open_cables(own) for own in found.solutions):
         for entry in solutions:
             slack = {i for i, state in enumerate(entry.cable_states) if state is CableState.SLACK}
             may_be_own = set(entry.taut) <= set(taut) and not slack & set(taut)

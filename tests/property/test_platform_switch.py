@@ -78,3 +78,33 @@ def test_two_poses_on_one_side_and_none_on_the_other_are_not_claimed():
         assert solved.outcome is Outcome.INCOMPLETE
         strict = [s for s in solved.solutions if s.is_strict]
         assert solved.message.startswith(f"finished: {len(strict)} static poses proved")
+
+
+TWO_NEAR = parse_robot(
+    b"format: cdpr-robot/1\nname: two-near\nplatform: {mass_kg: 1}\ncables:\n"
+    b"  - {name: c1, frame_anchor_m: [-1, 0, 1.5], platform_anchor_m: [-0.5, 0, -0.2]}\n"
+    b"  - {name: c2, frame_anchor_m: [1, 0, 1.5], platform_anchor_m: [0.5, 0, -0.2]}\n"
+    b"  - {name: c3, frame_anchor_m: [-1.28, -1.24, 1.91], platform_anchor_m: [-0.25, -0.3, 0.15]}\n"
+    b"  - {name: c4, frame_anchor_m: [-0.39, -1.59, 1.8], platform_anchor_m: [-0.35, -0.37, -0.45]}\n"
+)
+
+
+def test_a_pose_beside_with_one_more_cable_taut_is_not_lost():
+    """Two poses 11 um apart: the third cable switches at both, the fourth is taut at one of them."""
+    lengths = ["1.772004514666935", "1.772004514666935", None, "2.559789147"]
+    middle, half = Fraction("2.2454620905283615"), Fraction(4, 10**7)
+    lengths[2] = (middle - half, middle + half)
+    solved = forward_kinematics(TWO_NEAR, lengths)
+    near = [s for s in solved.solutions if np.abs(np.array(s.nominal.position)).max() < 1e-3]
+    assert [s.cable_states[3] for s in near] == [CableState.TAUT, CableState.SLACK]
+    for step in (-1, 0, 1):
+        exact = forward_kinematics(TWO_NEAR, [*lengths[:2], middle + half * step, lengths[3]])
+        assert exact.outcome is Outcome.COMPLETE
+        assert len(exact.solutions) == len(solved.solutions)
+        for pose in exact.solutions:
+            held = [
+                s
+                for s in solved.solutions
+                if within(pose.position, s.position) and within(pose.rotation, s.rotation)
+            ]
+            assert len(held) == 1

@@ -90,3 +90,19 @@ def test_over_a_neighbourhood():
         if np.all(np.abs(rest - columns[:, 3]) <= radius):
             for k, (low, high) in enumerate(bounds):
                 assert float(low) <= t[k] <= float(high)
+
+
+@pytest.mark.parametrize("scale", [1e-9, 1e9])
+def test_bounds_do_not_depend_on_the_unit_of_force(scale):
+    """A robot in mm, or a heavy one: the load's numbers may be any number of times as large."""
+    rng = np.random.default_rng(3)
+    columns = rng.normal(size=(6, 6)) @ np.vstack([1 + rng.uniform(size=7), rng.normal(size=(5, 7))])
+    t = rng.uniform(0.2, 1.0, size=7)
+    found = []
+    with balls.precision():
+        for factor in (1.0, scale):
+            matrix = to_matrix(np.column_stack([columns, -factor * (columns @ t)]))
+            rays = tension_rays(matrix)
+            assert rays is not None and rays.parts
+            found.append([float(high) / factor for _, high in tension_bounds(matrix, rays)])
+    assert np.allclose(found[0], found[1], rtol=1e-6)
