@@ -128,6 +128,10 @@ def contained(first: Sequence[int], error: Sequence[Sequence[int]]) -> list[int]
     return v if all(x > 0 and new < x for x, new in zip(v, image, strict=True)) else None
 
 
+RIDGES = (0.0, 1e-12, 1e-8, 1e-5)
+"""Added to the products of two centres, over their sum: of parallel ones the best weights are large."""
+
+
 def no_position(turned: Turned) -> bool:
     """Return True when the first three spheres have no common point over the cell.
 
@@ -139,14 +143,21 @@ def no_position(turned: Turned) -> bool:
     if any((k * k - dot(d, d) * square).lowest() > 0 for d, k in turned.pair):
         return True
     a, b, right = middles(turned)
-    weights = guess.solve([[guess.inner(v, w) for w in (a, b)] for v in (a, b)], [[-k] for k in right])
-    if weights is None:
-        return False
-    gh = [w[0] for w in weights]
-    mixed = [combine(gh, pair) for pair in zip(d2, d3, strict=True)]
+    products = [[guess.inner(v, w) for w in (a, b)] for v in (a, b)]
     s = turned.s
-    gap = s * s * square + dot(mixed, mixed) + 2 * s * combine(gh, [k2, k3])
-    return bool(gap.highest() < 0)
+    for ridge in RIDGES:
+        more = ridge * (products[0][0] + products[1][1])
+        (aa, ab), (_, bb) = products
+        raised = [[aa + more, ab], [ab, bb + more]]
+        weights = guess.solve(raised, [[-k] for k in right])
+        if weights is None:
+            continue
+        gh = [w[0] for w in weights]
+        mixed = [combine(gh, pair) for pair in zip(d2, d3, strict=True)]
+        gap = s * s * square + dot(mixed, mixed) + 2 * s * combine(gh, [k2, k3])
+        if gap.highest() < 0:
+            return True
+    return False
 
 
 class Place:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from itertools import combinations
 
-from flint import arb_mat
+from flint import arb, arb_mat
 
 from certificates.balls import column, hull, norm, unit
 from certificates.claims import Pose, check_pose, spoke
@@ -14,8 +14,8 @@ from certificates.jets import Jet
 from certificates.newton import Zero
 from certificates.problem import Listed
 from certificates.roots import System
-from certificates.searches import Root, Search, Searches
-from certificates.turning import check_turning, never_slack
+from certificates.searches import Root, Search, Searches, half_turn
+from certificates.turning import check_turning, never_slack, turned
 from certificates.verdicts import NotProved
 
 
@@ -43,20 +43,55 @@ def check_roots(search: Search, solutions: list[Listed]) -> set[int]:
 def require_distinct(search: Search, first: Root, pose: Pose, second: Root, other: Pose) -> None:
     """Raise NotProved unless two roots are listed as one family just when they are.
 
-    A search meets each family in one pose only: the poses are turned about the axis until an entry of u is
-    0, and turned on they would be met again only where they are symmetric about it (w = z = 0), where the
-    equations are singular. So two families are different when these poses are.
+    A chart shows a family in one pose only: turned until the third entry of u is 0. So two families are the
+    same just when the first, turned to where the second's chart shows it, is the second's pose; and they
+    differ where something differs that turning does not change, as the tilt of the axes towards each other.
     """
-    entries = zip(
-        [*pose.rotation.entries(), *pose.centre.entries()],
-        [*other.rotation.entries(), *other.centre.entries()],
-        strict=True,
-    )
-    where = search.coordinates(second.chart, pose.rotation, pose.centre)
-    if first.pose != second.pose and all(a.overlaps(b) for a, b in entries):
+    turned_pose = shown(search, pose, second.chart)
+    if first.pose == second.pose:
+        where = None
+        if turned_pose is not None:
+            where = search.coordinates(second.chart, turned_pose.rotation, turned_pose.centre)
+        if where is None or not search.lies_in(where, second):
+            raise NotProved("one family is listed for roots that may be two")
+        return
+    if not search.setting.planar and not tilt(search, pose).overlaps(tilt(search, other)):
+        return
+    if turned_pose is None or all(a.overlaps(b) for a, b in entries_of(turned_pose, other)):
         raise NotProved("a family may be listed twice")
-    if first.pose == second.pose and (where is None or not search.lies_in(where, second)):
-        raise NotProved("one family is listed for roots that may be two")
+
+
+def entries_of(one: Pose, other: Pose) -> list[tuple[arb, arb]]:
+    """Return the entries of two poses in pairs."""
+    first = [*one.rotation.entries(), *one.centre.entries()]
+    return list(zip(first, [*other.rotation.entries(), *other.centre.entries()], strict=True))
+
+
+def tilt(search: Search, pose: Pose) -> arb:
+    """Return the cosine between the z axes of the frames, which turning about one does not change."""
+    return (search.setting.base * pose.rotation * search.setting.platform.transpose())[2, 2]
+
+
+def shown(search: Search, pose: Pose, chart: int) -> Pose | None:
+    """Return the pose of a family that a chart shows; None where the chart may not show it.
+
+    A plane shows it in one pose, in all charts: the other one, half a turn away, lies in the mirrored frame.
+    """
+    setting, problem = search.setting, search.problem
+    if setting.planar:
+        return pose
+    sign = -1 if chart in (1, 2) else 1
+    r = setting.base * pose.rotation * setting.platform.transpose() * half_turn(chart)
+    along, across = r[1, 0] - r[0, 1], r[0, 0] + r[1, 1]
+    if not (across > 0 or across < 0 or along > 0 or along < 0):
+        return None
+    behind = across.mid() < 0
+    angle = arb.pi() + arb.atan2(-along, -across) if behind else arb.atan2(along, across)
+    if setting.vertical:
+        point, direction = column(problem.exits[search.order[0]]), column(unit([-v for v in problem.load]))
+        return turned(pose, point, direction, -angle)
+    arm = next(problem.points[i] for i in setting.taut if any(problem.points[i]))
+    return turned(pose, pose.centre, pose.rotation * column(unit(arm)), -sign * angle)
 
 
 def check_root(search: Search, root: Root, solutions: list[Listed]) -> Pose:

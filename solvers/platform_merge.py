@@ -50,7 +50,9 @@ def in_family(pose: Pose, frame: Frame, reduction: Reduction, chart: int) -> Pos
     along, across = r[1, 0] - r[0, 1], r[0, 0] + r[1, 1]
     if not (across > 0 or along > 0 or along < 0):
         return pose
-    back = balls.turn(balls.vector([0, 0, 1]), -arb.atan2(along, across))
+    behind = across.mid() < 0
+    angle = arb.pi() + arb.atan2(-along, -across) if behind else arb.atan2(along, across)
+    back = balls.turn(balls.vector([0, 0, 1]), -angle)
     if reduction == ABOUT_ROD:
         own = frame.platform.transpose() * flip * back * flip * frame.platform
         return replace(pose, rotation=pose.rotation * own)

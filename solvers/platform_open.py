@@ -17,6 +17,7 @@ from flint import arb, arb_mat
 from numpy.typing import NDArray
 
 from solvers import balls
+from solvers.orientation import rotation_from_quaternion
 from solvers.platform_families import cross, is_zero, minus
 from solvers.platform_frame import Pose, upward
 from solvers.platform_solution import Geometry, geometry, height, length_ball, nominal, origin
@@ -24,7 +25,7 @@ from solvers.platform_switch import Switch, platform_size, switch_at
 from solvers.platform_tensions import are_independent, tension_bounds, tension_rays, wrench_matrix
 from solvers.platform_valley import Floor, Neighbourhood, floor_of
 from solvers.problem import Options, Problem
-from solvers.result import CableState, Certainty, Solution, Stability, Undecided
+from solvers.result import CableState, Certainty, Nominal, Solution, Stability, Undecided
 from solvers.stability import classify
 
 Floats = NDArray[np.float64]
@@ -292,7 +293,11 @@ def together(
     everything: list[Solution | Undecided] = [*inside, *taken]
     poses = [where.nearest(rotation_of(e), centre_of(problem, e)) for e in everything]
     rotation, centre = (joint([pose[k] for pose in poses]) for k in (0, 1))
-    return described(problem, inside[0], rotation, centre)
+    found = described(problem, inside[0], rotation, centre)
+    if found.family is None or where.pivot is None:
+        return found
+    point = balls.bounds_array(where.point_of(rotation, centre))
+    return replace(found, family=replace(found.family, axis_point=point))
 
 
 def joint(matrices: Sequence[arb_mat]) -> arb_mat:
@@ -323,20 +328,28 @@ def described(problem: Problem, entry: Solution, rotation: arb_mat, centre: arb_
             states[i] = CableState.TAUT
         tensions[i] = tension_of(problem, i, None if bounds is None else bounds[k])
     distances = np.array([balls.to_bounds(d) for d in view.distances])
-    bounds_of = balls.bounds_array
+    position = balls.bounds_array(origin(problem.robot, pose))
+    turned = np.clip(balls.bounds_array(rotation), -1.0, 1.0).reshape(3, 3, 2)
     return replace(
         entry,
         taut=tuple(i for i, state in enumerate(states) if state is CableState.TAUT),
         cable_states=tuple(states),
-        position=bounds_of(origin(problem.robot, pose)),
-        rotation=np.clip(bounds_of(rotation), -1.0, 1.0).reshape(3, 3, 2),
+        position=position,
+        rotation=turned,
         height=height(problem.robot, centre),
         tensions=tensions,
         distances=distances,
         slack_respected=None if CableState.UNDECIDED in states else True,
-        nominal=nominal(problem.robot, pose),
+        nominal=entry.nominal if is_inside(entry.nominal, position, turned) else nominal(problem.robot, pose),
         note=unique_note(problem, matrix, tight, bounds),
     )
+
+
+def is_inside(nominal: Nominal, position: Floats, rotation: Floats) -> bool:
+    """Return True when a pose in plain floats lies in bounds; the middle of wide ones need be no rotation."""
+    matrix = rotation_from_quaternion(nominal.quaternion_wxyz)
+    inside = ((np.array(nominal.position), position), (matrix, rotation))
+    return all(bool(np.all((b[..., 0] <= a) & (a <= b[..., 1]))) for a, b in inside)
 
 
 def tension_of(problem: Problem, i: int, bounds: tuple[arb, arb | None] | None) -> tuple[float, float]:

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import reduce
 from itertools import combinations
 
 import numpy as np
@@ -54,7 +55,7 @@ class TensionRays:
         if any(corner[-1].lower() <= 0 and corner[i].lower() < 0 for corner in corners):
             return arb(0)
         ratios = [c[i].lower() / c[-1].upper() for c in corners if c[-1].upper() > 0]
-        return min(ratios, key=float, default=arb(0)).max(arb(0))
+        return reduce(arb.min, ratios).max(arb(0)) if ratios else arb(0)
 
 
 def wrench_matrix(spokes: Sequence[arb_mat], arms: Sequence[arb_mat], load: arb_mat, size: float) -> arb_mat:
@@ -89,8 +90,13 @@ def tension_rays(matrix: arb_mat) -> TensionRays | None:
     None where the dependent entries cannot be solved for. No parts: nothing balances anywhere in it.
     """
     middle = balls.middle(matrix)
-    if not (np.isfinite(middle).all() and np.all(np.linalg.norm(middle, axis=0) > 0.0)):
+    norms = np.linalg.norm(middle, axis=0)
+    if not (np.isfinite(middle).all() and np.all(norms > 0.0)):
         return None
+    # Columns of about one size, so that the simplex is cut alike whatever the units.
+    scales = [arb(float(2.0 ** -np.round(np.log2(norm)))) for norm in norms]
+    matrix = balls.columns(*[column(matrix, k) * scales[k] for k in range(len(scales))])
+    middle = balls.middle(matrix)
     solved = independent_columns(middle)
     free = [k for k in range(middle.shape[1]) if k not in solved]
     if not free:
@@ -110,7 +116,7 @@ def tension_rays(matrix: arb_mat) -> TensionRays | None:
             x[k] = arb(float(theta[j]))
         for i, k in enumerate(solved):
             x[k] = sum((slopes[i, j] * arb(float(theta[j])) for j in range(len(free))), arb(0))
-        return tuple(x)
+        return tuple(v * scale for v, scale in zip(x, scales, strict=True))
 
     parts = []
     todo = [np.eye(len(free))]
