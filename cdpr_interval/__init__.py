@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from cdpr_interval.errors import CdprError, InputError, NotSupportedError
 
 if TYPE_CHECKING:
-    from cdpr_interval.robots.model import Robot
+    from cdpr_interval.robots.cable_robot import Robot
 
     __version__: str
 
@@ -36,7 +36,7 @@ def load_robot(source: str | os.PathLike[str]) -> Robot:
     InputError
         With one line per error, ``FILE:LINE:COLUMN: path: rule``.
     """
-    from cdpr_interval.robots.reader import load_robot as load
+    from cdpr_interval.robots.formats.reader import load_robot as load
 
     return load(source)
 

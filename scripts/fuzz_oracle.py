@@ -21,7 +21,7 @@ ROOT = Path(__file__).resolve().parents[1]
 if str(ROOT) not in sys.path:
     sys.path.insert(0, str(ROOT))
 
-from cdpr_interval.robots.reader import parse_robot  # noqa: E402
+from cdpr_interval.robots.formats.reader import parse_robot  # noqa: E402
 from solvers import forward_kinematics  # noqa: E402
 from tests.oracle.compare import compare  # noqa: E402
 from tests.oracle.model import Case  # noqa: E402

@@ -5,9 +5,9 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
-from cdpr_interval.robots.fields import schema_of
-from cdpr_interval.robots.schema import json_schema
-from cdpr_interval.robots.winch_schema import RobotWithWinches
+from cdpr_interval.files.fields import schema_of
+from cdpr_interval.robots.formats.schema import json_schema
+from cdpr_interval.robots.formats.winch_schema import RobotWithWinches
 from solvers.batch.job_schema import BATCH_FORMAT, BatchBlock
 
 ROOT = Path(__file__).parents[1]

@@ -13,9 +13,9 @@ import sys
 from dataclasses import dataclass
 from fractions import Fraction
 
-from cdpr_interval.robots.model import Cable, Elasticity, Platform, Robot, Vector
-from solvers.problem import Method, Options, Problem
-from solvers.result import Answer, Bounds, Outcome
+from cdpr_interval.robots.cable_robot import Cable, Elasticity, Platform, Robot, Vector
+from solvers.answers.result import Answer, Bounds, Outcome
+from solvers.questions.problem import Method, Options, Problem
 
 ORIGIN: Vector = (Fraction(0), Fraction(0), Fraction(0))
 
@@ -138,7 +138,7 @@ def run(
     lines, failed
         A report, one line per failure and a summary, and the number of robots that failed.
     """
-    from solvers.point_mass import solve
+    from solvers.point_mass.forward import solve
 
     lines, failed, done = [], 0, 0
     for index in range(count):

@@ -9,11 +9,17 @@ import importlib
 import pkgutil
 import time
 
-import cdpr_interval.kernels
-import solvers
 from cdpr_interval import load_robot
 from solvers import PointMass, Tracker, forward_kinematics
 
+PACKAGES = (
+    "cdpr_interval.kernels",
+    "cdpr_interval.engine",
+    "cdpr_interval.mechanics",
+    "solvers.point_mass",
+    "solvers.six_dof",
+)
+"""Packages with kernels."""
 QUESTIONS = {
     "merlet_4_1": ("2.6925824", "3.9051248", "3.3541019", "4.385"),
     "merlet_4_1_k100": ("2.955855", "2.955855", "4.10288", "4.10288"),
@@ -25,10 +31,10 @@ QUESTIONS = {
 
 def warm_up() -> None:
     """Import every module with kernels, which compiles those with given types; solve for the others."""
-    for package in (cdpr_interval.kernels, solvers):
-        for module in pkgutil.iter_modules(package.__path__, package.__name__ + "."):
-            if not module.name.endswith("__main__"):
-                importlib.import_module(module.name)
+    for name in PACKAGES:
+        package = importlib.import_module(name)
+        for module in pkgutil.walk_packages(package.__path__, f"{name}."):
+            importlib.import_module(module.name)
     for name, lengths in QUESTIONS.items():
         robot = load_robot(name)
         result = forward_kinematics(robot, lengths)

@@ -19,10 +19,10 @@ from cdpr_interval.driver.group import WinchGroup
 from cdpr_interval.driver.setpoints import smooth
 from cdpr_interval.driver.simulated_drive import SimulatedDrive
 from cdpr_interval.driver.simulator import SimulatedBus
-from cdpr_interval.robots.model import Robot
+from cdpr_interval.robots.cable_robot import Robot
 from cdpr_interval.robots.winch import HelicalDrum, Range, Winch, WinchLimits
 from solvers import Tracker, forward_kinematics
-from solvers.tracked_pose import TrackedPose
+from solvers.six_dof.tracked_pose import TrackedPose
 
 START = (7.5, 8.0, 7.0, 9.0)
 GOAL = (7.45, 8.05, 7.03, 8.95)

@@ -9,33 +9,33 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from solvers.answers.inverse import IkResult
+    from solvers.answers.result import Outcome, Result, Solution, StopReason
     from solvers.forward import forward_kinematics
-    from solvers.given_tensions import pose_from_tensions
-    from solvers.ik_result import IkResult
-    from solvers.inverse import inverse_kinematics
-    from solvers.point_mass_pose import PointMassPose, PoseStatus
-    from solvers.point_mass_solver import PointMass
+    from solvers.kinematics.inverse import inverse_kinematics
+    from solvers.point_mass.controller import PointMass
+    from solvers.point_mass.pose import PointMassPose, PoseStatus
     from solvers.polynomial import polynomial_report
-    from solvers.result import Outcome, Result, Solution, StopReason
-    from solvers.tracked_pose import TrackedPose, TrackStatus
-    from solvers.tracker import Tracker
+    from solvers.six_dof.tracked_pose import TrackedPose, TrackStatus
+    from solvers.six_dof.tracker import Tracker
+    from solvers.tensions import pose_from_tensions
 
 _HOMES = {
-    "IkResult": "solvers.ik_result",
-    "Outcome": "solvers.result",
-    "PointMass": "solvers.point_mass_solver",
-    "PointMassPose": "solvers.point_mass_pose",
-    "PoseStatus": "solvers.point_mass_pose",
-    "Result": "solvers.result",
-    "Solution": "solvers.result",
-    "StopReason": "solvers.result",
-    "TrackStatus": "solvers.tracked_pose",
-    "TrackedPose": "solvers.tracked_pose",
-    "Tracker": "solvers.tracker",
+    "IkResult": "solvers.answers.inverse",
+    "Outcome": "solvers.answers.result",
+    "PointMass": "solvers.point_mass.controller",
+    "PointMassPose": "solvers.point_mass.pose",
+    "PoseStatus": "solvers.point_mass.pose",
+    "Result": "solvers.answers.result",
+    "Solution": "solvers.answers.result",
+    "StopReason": "solvers.answers.result",
+    "TrackStatus": "solvers.six_dof.tracked_pose",
+    "TrackedPose": "solvers.six_dof.tracked_pose",
+    "Tracker": "solvers.six_dof.tracker",
     "forward_kinematics": "solvers.forward",
-    "inverse_kinematics": "solvers.inverse",
+    "inverse_kinematics": "solvers.kinematics.inverse",
     "polynomial_report": "solvers.polynomial",
-    "pose_from_tensions": "solvers.given_tensions",
+    "pose_from_tensions": "solvers.tensions",
 }
 
 __all__ = [

@@ -11,25 +11,17 @@ from typing import Any
 import numpy as np
 
 from cdpr_interval.errors import InputError, NotSupportedError
-from cdpr_interval.robots.model import Robot
-from solvers.force import NO_LOAD, ZERO, read_force
-from solvers.input_errors import InputErrors
-from solvers.lengths import read_lengths
-from solvers.problem import LengthRange, Method, Options, Problem, Progress
-from solvers.result import (
-    Answer,
-    Bounds,
-    Question,
-    Result,
-    RobotIdentity,
-    Statistics,
-    StopReason,
-)
-from solvers.result_message import message_of
-from solvers.result_order import sort_solutions, sort_subsets, sort_undecided
-from solvers.subset import check_subset_size, read_subset
-from solvers.tool import this_tool
-from solvers.verification import model_name
+from cdpr_interval.robots.cable_robot import Robot
+from solvers.answers.message import message_of
+from solvers.answers.order import sort_solutions, sort_subsets, sort_undecided
+from solvers.answers.result import Answer, Bounds, Question, Result, RobotIdentity, Statistics, StopReason
+from solvers.answers.tool import this_tool
+from solvers.answers.verification import model_name
+from solvers.questions.errors import InputErrors
+from solvers.questions.force import NO_LOAD, ZERO, read_force
+from solvers.questions.lengths import read_lengths
+from solvers.questions.problem import LengthRange, Method, Options, Problem, Progress
+from solvers.questions.subset import check_subset_size, read_subset
 
 
 def forward_kinematics(
@@ -200,11 +192,11 @@ def answer_question(problem: Problem, options: Options) -> Result:
 
 def _solve(problem: Problem, options: Options) -> Answer:
     if problem.robot.is_point_mass:
-        from solvers import point_mass
+        from solvers.point_mass import forward as point_mass
 
         answer: Answer = point_mass.solve(problem, options)
         return answer
-    from solvers import six_dof
+    from solvers.six_dof import forward as six_dof
 
     answer = six_dof.solve(problem, options)
     return answer

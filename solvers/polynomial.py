@@ -15,16 +15,16 @@ import numpy as np
 from flint import arb, arb_mat, fmpq, fmpz_poly
 
 from cdpr_interval.errors import InputError, NotSupportedError
-from cdpr_interval.robots.model import Robot
+from cdpr_interval.exact import balls
+from cdpr_interval.robots.cable_robot import Robot
 from cdpr_interval.symbolic import inextensible, planar
 from cdpr_interval.symbolic.eliminant import MOST_CABLES, Eliminant, eliminant
 from cdpr_interval.symbolic.elimination import Vanishes
 from cdpr_interval.symbolic.statics import Statics
-from solvers import balls
+from solvers.answers.result import Bounds, Result
 from solvers.forward import answer_question, pose_problem
-from solvers.given_tensions import TensionProblem, height, solve_tensions, tension_problem
-from solvers.problem import Method, Options, Problem
-from solvers.result import Bounds, Result
+from solvers.questions.problem import Method, Options, Problem
+from solvers.tensions import TensionProblem, height, solve_tensions, tension_problem
 
 Exact = list[fmpq]
 CURVES = ("P1", "P2", "P3", "Q")

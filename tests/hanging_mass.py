@@ -7,9 +7,9 @@ from fractions import Fraction
 
 import numpy as np
 
-from cdpr_interval.robots.model import Robot
-from cdpr_interval.robots.reader import parse_robot
-from solvers.result import (
+from cdpr_interval.robots.cable_robot import Robot
+from cdpr_interval.robots.formats.reader import parse_robot
+from solvers.answers.result import (
     Answer,
     CableState,
     Nominal,

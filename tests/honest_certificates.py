@@ -11,14 +11,14 @@ from functools import cache
 from typing import Any
 
 from cdpr_interval import load_robot
-from cdpr_interval.robots.model import Robot
+from cdpr_interval.robots.cable_robot import Robot
 from certificates.tree import Node
-from solvers.certificate import certificate_document
-from solvers.certificate_entries import subset_entries
+from solvers.answers.result import Result
 from solvers.forward import answer_question, pose_problem
-from solvers.problem import Options
-from solvers.record import Record
-from solvers.result import Result
+from solvers.proofs.document import certificate_document
+from solvers.proofs.entries import subset_entries
+from solvers.questions.problem import Options
+from solvers.six_dof.record import Record
 from tests import hanging_mass
 from tests.point_certificates import robot, vector
 

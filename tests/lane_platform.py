@@ -6,11 +6,11 @@ from typing import Any
 
 from numba import njit
 
-from solvers import platform_bounds as bounds
-from solvers import platform_branch as branches
-from solvers import platform_elimination as elimination
-from solvers import platform_polynomials as forms
-from solvers import platform_statics as statics
+from cdpr_interval.engine import contraction as elimination
+from cdpr_interval.mechanics.six_dof import balance as statics
+from cdpr_interval.mechanics.six_dof import geometry as forms
+from solvers.six_dof import bounds
+from solvers.six_dof import branch as branches
 from tests.lane_calls import binary, get, put
 
 maximum = binary(statics.maximum)[0]

@@ -7,11 +7,11 @@ from typing import Any
 
 from certificates.container import write
 from certificates.tree import Node
-from solvers.certificate import certificate_document
-from solvers.certificate_entries import subset_entries
+from solvers.answers.result import Answer
 from solvers.forward import answer_question, build_result, pose_problem
-from solvers.problem import Options
-from solvers.result import Answer
+from solvers.proofs.document import certificate_document
+from solvers.proofs.entries import subset_entries
+from solvers.questions.problem import Options
 from tests import hanging_mass
 from tests.point_certificates import robot
 

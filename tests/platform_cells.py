@@ -10,17 +10,15 @@ from typing import Any
 
 import numpy as np
 
-from cdpr_interval.kernels.enclosure import enclose
+from cdpr_interval.engine import batch_cells as platform_batch
+from cdpr_interval.exact.enclosure import enclose
 from cdpr_interval.kernels.lanes import LANES
 from cdpr_interval.kernels.second_order import ROTATION_ONLY, WHOLE_POSE, Symbols, width
-from solvers import (
-    platform_batch,
-    platform_bounds,
-    platform_branch,
-    platform_polynomials,
-    platform_pose,
-    platform_turn,
-)
+from cdpr_interval.mechanics.six_dof import geometry as platform_polynomials
+from solvers.six_dof import bounds as platform_bounds
+from solvers.six_dof import branch as platform_branch
+from solvers.six_dof import pose_cells as platform_pose
+from solvers.six_dof import rotation_cells as platform_turn
 from tests import lane_calls as calls
 from tests import lane_platform as platform
 from tests.exact_rows import Point, polynomial

@@ -4,14 +4,14 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import Any
 
-from cdpr_interval.robots.model import Cable, Elasticity, Platform, Robot
+from cdpr_interval.robots.cable_robot import Cable, Elasticity, Platform, Robot
 from certificates.families import check_one_point_family
 from certificates.point_mass import check_point
 from certificates.problem import Listed, Problem
-from solvers.certificate_point import certificate_question, listed_solution, point_entry, widened
+from solvers.answers.result import Result
 from solvers.forward import answer_question, pose_problem
-from solvers.problem import Options
-from solvers.result import Result
+from solvers.proofs.point import certificate_question, listed_solution, point_entry, widened
+from solvers.questions.problem import Options
 
 
 @dataclass(frozen=True)

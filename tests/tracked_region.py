@@ -9,15 +9,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from cdpr_interval.robots.model import Robot
-from solvers.orientation import (
+from cdpr_interval.mechanics.orientation import (
     quaternion_from_rotation,
     rotation_from_quaternion,
     rotation_from_vector,
     vector_from_rotation,
 )
-from solvers.result import CableState, Nominal, Proof, Result, Solution, Stability
-from solvers.tracked_pose import Region, TrackedPose
+from cdpr_interval.robots.cable_robot import Robot
+from solvers.answers.result import CableState, Nominal, Proof, Result, Solution, Stability
+from solvers.six_dof.tracked_pose import Region, TrackedPose
 
 Floats = NDArray[np.float64]
 EDGE = 1e-6

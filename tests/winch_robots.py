@@ -10,7 +10,7 @@ from cdpr_interval.driver.bus import Command
 from cdpr_interval.driver.group import WinchGroup
 from cdpr_interval.driver.simulated_drive import SimulatedDrive
 from cdpr_interval.driver.simulator import SimulatedBus
-from cdpr_interval.robots.model import Robot
+from cdpr_interval.robots.cable_robot import Robot
 from cdpr_interval.robots.winch import (
     HelicalDrum,
     LinearDrum,

@@ -20,7 +20,7 @@ from cdpr_interval.driver import cia402
 from cdpr_interval.driver.bus import BusError, Command, Feedback
 from cdpr_interval.driver.canopen_objects import RPDOS, TPDOS, Setting
 from cdpr_interval.driver.winch import WinchModel
-from cdpr_interval.robots.model import Robot
+from cdpr_interval.robots.cable_robot import Robot
 from cdpr_interval.robots.winch import Winch
 
 ANSWER_SHARE = 0.6

@@ -12,9 +12,9 @@ from fractions import Fraction
 from functools import cached_property
 from itertools import pairwise
 
-from cdpr_interval.driver.irrational import PI, outward, square_root
 from cdpr_interval.driver.polyline import Polyline
 from cdpr_interval.errors import CdprError
+from cdpr_interval.exact.irrational import PI, outward, square_root
 from cdpr_interval.robots.winch import Drum, HelicalDrum, LinearDrum, MultilayerDrum, Range, TableDrum
 
 ZERO = Fraction(0)

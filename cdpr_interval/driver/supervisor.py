@@ -24,7 +24,7 @@ from cdpr_interval.driver.requests import Refused
 from cdpr_interval.driver.setpoints import Slowing, Stream
 from cdpr_interval.driver.snapshot import GroupState, Snapshot, pictured
 from cdpr_interval.errors import InputError
-from cdpr_interval.robots.model import Robot
+from cdpr_interval.robots.cable_robot import Robot
 from cdpr_interval.robots.winch import Range
 
 SLEW = 1e-3

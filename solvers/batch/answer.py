@@ -7,9 +7,9 @@ from __future__ import annotations
 
 from typing import Any
 
-from cdpr_interval.robots.model import Robot
+from cdpr_interval.robots.cable_robot import Robot
+from solvers.answers.result import FORMAT, Json, Result
 from solvers.batch.job import canonical
-from solvers.result import FORMAT, Json, Result
 
 SHARED = ("format", "tool", "robot", "model", "cables", "question", "statistics")
 """Keys of a result that follow from the job, or that no two runs share."""

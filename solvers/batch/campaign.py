@@ -12,10 +12,11 @@ from pathlib import Path
 from typing import Any
 
 from cdpr_interval.errors import InputError
-from cdpr_interval.robots.document import parse_document
-from cdpr_interval.robots.literal import printable
-from cdpr_interval.robots.model import Robot
-from cdpr_interval.robots.validation import Models
+from cdpr_interval.files.document import parse_document
+from cdpr_interval.files.literal import printable
+from cdpr_interval.files.validation import Models
+from cdpr_interval.robots.cable_robot import Robot
+from solvers.answers.tool import this_tool
 from solvers.batch import job_schema, tables
 from solvers.batch.executor import Executor
 from solvers.batch.job_file import Batch, Outputs, outputs_of
@@ -23,7 +24,6 @@ from solvers.batch.ledger import FILE, Ledger
 from solvers.batch.run import BatchProgress, BatchRun
 from solvers.batch.summary import Summary, write_summary
 from solvers.batch.work import Chunk, Task, solve_chunk
-from solvers.tool import this_tool
 
 ESTIMATE_SECONDS = 10.0
 """Time that an estimate may take."""
@@ -137,7 +137,7 @@ def _outputs(ledger: Ledger) -> Outputs:
 
 def robot_of(ledger: Ledger, number: int) -> Robot:
     """Return the robot of a job, perturbed where the job says so."""
-    from cdpr_interval.robots.reader import parse_robot
+    from cdpr_interval.robots.formats.reader import parse_robot
     from solvers.batch.job import perturbed
 
     job = ledger.job(number)

@@ -10,11 +10,11 @@ from concurrent.futures import ProcessPoolExecutor
 from functools import partial
 from pathlib import Path
 
+from solvers.answers.result import Result
 from solvers.batch.campaign import result_of, robot_of
 from solvers.batch.ledger import CheckRow, Ledger
 from solvers.batch.run import RECORD_SECONDS, BatchProgress
-from solvers.proof import REFUSED, proof_of
-from solvers.result import Result
+from solvers.proofs.check import REFUSED, proof_of
 
 
 def check_batch(

@@ -15,15 +15,15 @@ from pathlib import Path
 from typing import Any
 
 from cdpr_interval.errors import InputError
-from cdpr_interval.robots.fields import is_free
-from cdpr_interval.robots.literal import quote
-from cdpr_interval.robots.model import Robot
+from cdpr_interval.files.fields import is_free
+from cdpr_interval.files.literal import quote
+from cdpr_interval.robots.cable_robot import Robot
 from solvers.batch import job_schema
 from solvers.batch.draws import Spread, text_of
 from solvers.batch.job import Job, Settings, canonical, decimal_text, problem_of, range_text
-from solvers.input_errors import InputErrors
-from solvers.lengths import read_lengths
-from solvers.problem import LengthRange
+from solvers.questions.errors import InputErrors
+from solvers.questions.lengths import read_lengths
+from solvers.questions.problem import LengthRange
 
 
 @dataclass(frozen=True)
@@ -55,8 +55,8 @@ class Expansion(ABC):
     def _parts(self, asked: dict[str, Any], settings: Settings) -> tuple[str, ...]:
         if settings.split is None or self.robot.is_point_mass:
             return ()
-        from solvers.platform_parts import parts_of
-        from solvers.six_dof import subsets
+        from solvers.six_dof.forward import subsets
+        from solvers.six_dof.parts import parts_of
 
         problem, options = problem_of(self.robot, asked, asked["lengths_m"], settings)
         parts = [

@@ -8,17 +8,10 @@ from __future__ import annotations
 from fractions import Fraction
 from typing import Annotated, Any
 
-from pydantic import (
-    Discriminator,
-    Field,
-    PlainValidator,
-    Tag,
-    WithJsonSchema,
-    model_validator,
-)
+from pydantic import Discriminator, Field, PlainValidator, Tag, WithJsonSchema, model_validator
 
-from cdpr_interval.robots.document import Node
-from cdpr_interval.robots.fields import (
+from cdpr_interval.files.document import Node
+from cdpr_interval.files.fields import (
     Block,
     Flag,
     Name,
@@ -33,8 +26,8 @@ from cdpr_interval.robots.fields import (
     one_of,
     type_tag,
 )
-from cdpr_interval.robots.literal import quote
-from solvers.problem import Method
+from cdpr_interval.files.literal import quote
+from solvers.questions.problem import Method
 
 BATCH_FORMAT = "cdpr-batch/1"
 MOST_SAMPLES = 10_000_000

@@ -18,7 +18,7 @@ from types import TracebackType
 from typing import IO, Any
 
 from cdpr_interval.errors import CdprError, InputError
-from cdpr_interval.robots.literal import printable
+from cdpr_interval.files.literal import printable
 from solvers.batch.job import Job, Question, Settings, key_of, key_prefix
 from solvers.batch.robot_files import RobotFile
 from solvers.batch.work import JobOutcome, Status, Task
@@ -82,7 +82,7 @@ class CheckRow:
 
     number: int
     verdict: str
-    """As `solvers.proof.Proof.name`."""
+    """As `solvers.proofs.check.Proof.name`."""
     message: str
 
 

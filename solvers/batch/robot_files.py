@@ -6,13 +6,13 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from cdpr_interval.errors import InputError
-from cdpr_interval.robots.document import Document, Node
-from cdpr_interval.robots.literal import quote
-from cdpr_interval.robots.model import Robot
-from cdpr_interval.robots.reader import parse_robot, read_robot
+from cdpr_interval.files.document import Document, Node
+from cdpr_interval.files.literal import quote
+from cdpr_interval.robots.cable_robot import Robot
+from cdpr_interval.robots.formats.reader import parse_robot, read_robot
 from solvers.batch.job_schema import RobotFolder
 from solvers.forward import refuse_unsupported
-from solvers.input_errors import InputErrors
+from solvers.questions.errors import InputErrors
 
 SUFFIXES = (".yaml", ".yml", ".json")
 

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from cdpr_interval.robots.reader import parse_robot
+from cdpr_interval.robots.formats.reader import parse_robot
 from solvers.batch.ledger import Ledger, Recorded
 from solvers.batch.tables import Row, replacing
 from solvers.batch.work import Status

@@ -16,11 +16,11 @@ from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
 from cdpr_interval.errors import CdprError
-from cdpr_interval.robots.model import Robot
+from cdpr_interval.robots.cable_robot import Robot
 
 if TYPE_CHECKING:
     from solvers.batch.job import Settings
-    from solvers.platform_parts import Parts
+    from solvers.six_dof.parts import Parts
 
 
 class Status(StrEnum):
@@ -128,8 +128,8 @@ def _solver(data: bytes, settings: Settings) -> Callable[[Task], Answered]:
     from solvers.batch.answer import answer_text
     from solvers.batch.job import canonical, perturbed, problem_of
     from solvers.forward import answer_question
-    from solvers.platform_parts import Part, solve_part
-    from solvers.record import Record
+    from solvers.six_dof.parts import Part, solve_part
+    from solvers.six_dof.record import Record
 
     robot = _robot(data)
 
@@ -150,7 +150,7 @@ def _solver(data: bytes, settings: Settings) -> Callable[[Task], Answered]:
             options = replace(options, parts=_together(task.parts))
         if not settings.certificates:
             return Answered(Status.DONE, answer_text(answer_question(problem, options)))
-        from solvers.certificate import certificate_bytes
+        from solvers.proofs.document import certificate_bytes
 
         options = replace(options, record=Record())
         result = answer_question(problem, options)
@@ -169,7 +169,7 @@ def _together(parts: Sequence[tuple[str, str]]) -> Parts:
     CdprError
         Not all parts of a search are there: poses would be lost.
     """
-    from solvers.platform_parts import Part, PartFound
+    from solvers.six_dof.parts import Part, PartFound
 
     found: dict[tuple[tuple[int, ...], int], list[PartFound]] = {}
     counts: dict[tuple[tuple[int, ...], int], int] = {}
@@ -188,7 +188,7 @@ def _together(parts: Sequence[tuple[str, str]]) -> Parts:
 
 @lru_cache(maxsize=64)
 def _robot(data: bytes) -> Robot:
-    from cdpr_interval.robots.reader import parse_robot
+    from cdpr_interval.robots.formats.reader import parse_robot
 
     return parse_robot(data)
 
@@ -197,8 +197,8 @@ def _lengths_at(robot: Robot, asked: dict[str, Any]) -> tuple[tuple[float, ...] 
     """Return the lengths that inverse kinematics gives for a pose, or why there are none."""
     import math
 
-    from solvers.inverse import inverse_kinematics
-    from solvers.orientation import rotation_from_rpy
+    from cdpr_interval.mechanics.orientation import rotation_from_rpy
+    from solvers.kinematics.inverse import inverse_kinematics
 
     rotation = rotation_from_rpy([math.radians(angle) for angle in asked["pose"][3:]])
     found = inverse_kinematics(

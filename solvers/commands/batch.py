@@ -107,8 +107,8 @@ def run(jobs: str, folder: str | None, dry_run: bool, **given: Any) -> int:
 @_working
 def resume(folder: str, retry_failed: bool, **given: Any) -> int:
     """Go on with a batch that was stopped or killed; what is recorded is not done again."""
+    from solvers.answers.tool import this_tool
     from solvers.batch.ledger import Ledger
-    from solvers.tool import this_tool
 
     with Ledger.open(Path(folder), this_tool().version) as ledger:
         if retry_failed:
@@ -163,12 +163,12 @@ def status(folder: str, as_json: bool) -> int:
 def show(folder: str, job: int, as_json: bool, certificate: str | None) -> int:
     """Show the result of one job."""
     from cdpr_interval.errors import InputError
+    from solvers.answers.json_text import dumps
+    from solvers.answers.result import Result
+    from solvers.answers.table import print_result
     from solvers.batch.campaign import result_of
     from solvers.batch.ledger import Ledger
-    from solvers.json_target import JsonTarget
-    from solvers.json_text import dumps
-    from solvers.result import Result
-    from solvers.table import print_result
+    from solvers.commands.json_target import JsonTarget
 
     with Ledger.peek(Path(folder)) as ledger:
         document = result_of(ledger, job)
@@ -302,7 +302,7 @@ def _print_checks(verdicts: Counter[str], without: int, others: list[CheckRow]) 
 
 def _checks_code(verdicts: Counter[str], without: int) -> int:
     from solvers.cli import ExitCode
-    from solvers.proof import REFUSED
+    from solvers.proofs.check import REFUSED
 
     if any(verdicts[verdict] for verdict in REFUSED):
         return ExitCode.NOT_PROVED

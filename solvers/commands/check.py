@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 import click
 
 if TYPE_CHECKING:
-    from cdpr_interval.robots.model import Robot
-    from solvers.proof import Asked
+    from cdpr_interval.robots.cable_robot import Robot
+    from solvers.proofs.check import Asked
 
 QUESTION = ("lengths", "external_force", "taut", "ignore_slack", "ignore_tension_sign")
 """Options that are about a robot."""
@@ -61,7 +61,7 @@ def command(file: str, robot: str | None, **given: Any) -> int:
     if question is None:
         return run(file, options)
     from solvers.cli import ExitCode
-    from solvers.proof import other_question
+    from solvers.proofs.check import other_question
 
     try:
         content = load(file, limit)
@@ -76,7 +76,7 @@ def command(file: str, robot: str | None, **given: Any) -> int:
 
 def _question(source: str | None, given: dict[str, Any]) -> tuple[Robot, Asked] | None:
     """Return what the certificate must be about, None: anything; or raise with every error of the options."""
-    from solvers.input_errors import InputErrors
+    from solvers.questions.errors import InputErrors
 
     errors = InputErrors()
     if source is None:
@@ -85,11 +85,11 @@ def _question(source: str | None, given: dict[str, Any]) -> tuple[Robot, Asked] 
                 errors.add(f"--{name.replace('_', '-')}: only with --robot")
         errors.require_none()
         return None
-    from cdpr_interval.robots.reader import load_robot
-    from solvers.force import ZERO, read_force
-    from solvers.lengths import read_lengths
-    from solvers.proof import Asked
-    from solvers.subset import read_subset
+    from cdpr_interval.robots.formats.reader import load_robot
+    from solvers.proofs.check import Asked
+    from solvers.questions.force import ZERO, read_force
+    from solvers.questions.lengths import read_lengths
+    from solvers.questions.subset import read_subset
 
     robot = errors.read(load_robot, source)
     lengths = taut = None

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 import click
 
 if TYPE_CHECKING:
-    from cdpr_interval.robots.model import Vector
-    from solvers.input_errors import InputErrors
+    from cdpr_interval.robots.cable_robot import Vector
+    from solvers.questions.errors import InputErrors
 
 LABEL = "--external-force"
 
@@ -19,7 +19,7 @@ external_force_option = click.option(
 
 def read_external_force(given: dict[str, Any], errors: InputErrors) -> Vector | None:
     """Return the force of the command line, exactly; None where there is none or it is no force."""
-    from solvers.force import read_force
+    from solvers.questions.force import read_force
 
     text = given["external_force"]
     return None if text is None else errors.read(read_force, text, LABEL)

@@ -10,14 +10,14 @@ import click
 
 from solvers.commands.external_force import LABEL, external_force_option, read_external_force
 from solvers.commands.interrupt import interruptible
+from solvers.commands.json_target import JsonTarget
 from solvers.commands.numbers import read_count, read_float
-from solvers.input_errors import InputErrors
-from solvers.json_target import JsonTarget
+from solvers.questions.errors import InputErrors
 
 if TYPE_CHECKING:
-    from cdpr_interval.robots.model import Robot
-    from solvers.problem import Options, Problem
-    from solvers.result import Result
+    from cdpr_interval.robots.cable_robot import Robot
+    from solvers.answers.result import Result
+    from solvers.questions.problem import Options, Problem
 
 WITHOUT_TENSIONS = ("lengths", "problem", "certificate", "ignore_slack", "ignore_tension_sign")
 """Options that make no sense where tensions are given."""
@@ -69,7 +69,7 @@ def command(robot: str, **given: Any) -> int:
             # Even when the disk is full, what was computed is shown.
             _show(result, table=not given["quiet"] and (target is None or not target.is_stdout))
         if certificate is not None:
-            from solvers.certificate import certificate_bytes
+            from solvers.proofs.document import certificate_bytes
 
             certificate.write_bytes(certificate_bytes(problem, options, result))
     if given["verbose"]:
@@ -79,8 +79,8 @@ def command(robot: str, **given: Any) -> int:
 
 def _of_tensions(source: str, given: dict[str, Any], target: JsonTarget | None) -> int:
     """Find the pose for given tensions: a convex problem, without search, budgets and certificate."""
-    from cdpr_interval.robots.reader import load_robot
-    from solvers.given_tensions import solve_tensions, tension_problem
+    from cdpr_interval.robots.formats.reader import load_robot
+    from solvers.tensions import solve_tensions, tension_problem
 
     errors = InputErrors()
     robot = errors.read(load_robot, source)
@@ -106,7 +106,7 @@ def _read(
     source: str, given: dict[str, Any], target: JsonTarget | None, certificate: JsonTarget | None
 ) -> tuple[Problem, Options]:
     """Return the checked question, or raise with every error of the command line and the files."""
-    from cdpr_interval.robots.reader import load_robot
+    from cdpr_interval.robots.formats.reader import load_robot
 
     errors = InputErrors()
     robot = errors.read(load_robot, source)
@@ -135,8 +135,8 @@ def _read(
 
 def _options(given: dict[str, Any]) -> Options:
     from solvers.forward import read_method
-    from solvers.problem import Method, Options
-    from solvers.record import Record
+    from solvers.questions.problem import Method, Options
+    from solvers.six_dof.record import Record
 
     errors = InputErrors()
     method = errors.read(read_method, given["method"], "--method")
@@ -160,8 +160,8 @@ def _options(given: dict[str, Any]) -> Options:
 
 def _problem(robot: Robot, given: dict[str, Any], options: Options | None) -> Problem:
     from solvers.forward import pose_problem
-    from solvers.problem import Options
-    from solvers.problem_file import read_problem_file
+    from solvers.questions.problem import Options
+    from solvers.questions.problem_file import read_problem_file
 
     errors = InputErrors()
     lengths, force = given["lengths"], read_external_force(given, errors)
@@ -181,8 +181,8 @@ def _option_name(parameter: str) -> str:
 def _solve(problem: Problem, options: Options, quiet: bool) -> Result:
     from dataclasses import replace
 
+    from solvers.commands.progress import ProgressDisplay
     from solvers.forward import answer_question
-    from solvers.progress import ProgressDisplay
 
     if quiet:
         return answer_question(problem, options)
@@ -191,7 +191,7 @@ def _solve(problem: Problem, options: Options, quiet: bool) -> Result:
 
 
 def _show(result: Result, table: bool) -> None:
-    from solvers.table import print_result
+    from solvers.answers.table import print_result
 
     if table:
         print_result(result, sys.stdout)
@@ -209,8 +209,8 @@ def _log(result: Result) -> None:
 
 
 def _exit_code(result: Result) -> int:
+    from solvers.answers.result import Outcome, StopReason
     from solvers.cli import ExitCode
-    from solvers.result import Outcome, StopReason
 
     if result.stop_reason is StopReason.INTERRUPTED:
         return ExitCode.INTERRUPTED

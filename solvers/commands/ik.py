@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from solvers.commands.external_force import external_force_option, read_external_force
+from solvers.commands.json_target import JsonTarget
 from solvers.commands.numbers import read_float
-from solvers.input_errors import InputErrors
-from solvers.json_target import JsonTarget
+from solvers.questions.errors import InputErrors
 
 if TYPE_CHECKING:
-    from solvers.ik_result import IkResult
+    from solvers.answers.inverse import IkResult
 
 
 @click.command("ik", short_help="Distances, lengths and tensions for a pose.")
@@ -59,9 +59,9 @@ def command(robot: str, **given: Any) -> int:
 
 
 def _solve(source: str, given: dict[str, Any], target: JsonTarget | None) -> IkResult:
-    from cdpr_interval.robots.reader import load_robot
-    from solvers.inverse import answer_pose
-    from solvers.pose import read_pose
+    from cdpr_interval.robots.formats.reader import load_robot
+    from solvers.kinematics.inverse import answer_pose
+    from solvers.questions.pose import read_pose
 
     errors = InputErrors()
     robot = errors.read(load_robot, source)

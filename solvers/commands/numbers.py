@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from cdpr_interval.errors import InputError
-from cdpr_interval.robots.literal import quote, read_number
+from cdpr_interval.files.literal import quote, read_number
 
 
 def read_float(text: str, label: str) -> float:

@@ -7,7 +7,7 @@ from typing import Any
 import click
 
 from solvers.commands.external_force import external_force_option, read_external_force
-from solvers.json_target import JsonTarget
+from solvers.commands.json_target import JsonTarget
 
 
 @click.command("polynomial", short_help="The exact polynomials of a subset of taut cables, compared with fk.")
@@ -32,11 +32,11 @@ def command(robot: str, **given: Any) -> int:
     given tensions 1 to 4; platforms: two cables. Exit code 0: fk agrees; 3: not decided; 5: it does not.
     """
     from cdpr_interval.errors import InputError
-    from cdpr_interval.robots.reader import load_robot
+    from cdpr_interval.robots.formats.reader import load_robot
+    from solvers.answers.json_text import dumps
     from solvers.cli import ExitCode
-    from solvers.input_errors import InputErrors
-    from solvers.json_text import dumps
     from solvers.polynomial import polynomial_report
+    from solvers.questions.errors import InputErrors
 
     errors = InputErrors()
     targets = [None if given[name] is None else JsonTarget(given[name], option) for name, option in OUTPUTS]

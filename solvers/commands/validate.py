@@ -10,14 +10,14 @@ import click
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from cdpr_interval.robots.model import Cable, Robot
+    from cdpr_interval.robots.cable_robot import Cable, Robot
 
 
 @click.command("validate", short_help="Read a robot file and print a summary, or every error.")
 @click.argument("robot")
 def command(robot: str) -> int:
     """Read ROBOT and print a summary, or every error with line and column."""
-    from cdpr_interval.robots.reader import load_robot
+    from cdpr_interval.robots.formats.reader import load_robot
 
     for line in _summary(load_robot(robot)):
         click.echo(line)

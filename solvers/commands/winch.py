@@ -16,10 +16,10 @@ if TYPE_CHECKING:
     from cdpr_interval.driver.group import WinchGroup
     from cdpr_interval.driver.reference import Reference
     from cdpr_interval.driver.snapshot import Snapshot
-    from cdpr_interval.robots.model import Robot
-    from solvers.pose import Pose
-    from solvers.winch_path import Path as CablePath
-    from solvers.winch_where import Whereabouts
+    from cdpr_interval.robots.cable_robot import Robot
+    from solvers.questions.pose import Pose
+    from solvers.winches.path import Path as CablePath
+    from solvers.winches.where import Whereabouts
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
@@ -97,7 +97,7 @@ def status(robot: str, **given: Any) -> int:
 def where(robot: str, **given: Any) -> int:
     """Print the certified poses for the lengths the winches measure."""
     from solvers.cli import ExitCode
-    from solvers.winch_where import whereabouts
+    from solvers.winches.where import whereabouts
 
     model = _robot(robot)
     _, ranges, _ = _measured(model, given)
@@ -115,9 +115,9 @@ def where(robot: str, **given: Any) -> int:
 @_options("live", "arm", "bus", "state", "from", "log")
 def move(robot: str, **given: Any) -> int:
     """Plan a path to a pose, prove every step of it, and run it: on simulated drives, or with --live."""
-    from solvers.winch_path import half_widths_of, plan
-    from solvers.winch_session import winches_of
-    from solvers.winch_where import whereabouts
+    from solvers.winches.path import half_widths_of, plan
+    from solvers.winches.session import winches_of
+    from solvers.winches.where import whereabouts
 
     model = _robot(robot)
     goal = _pose(given["pose"], given["quaternion"])
@@ -211,7 +211,7 @@ def marks(robot: str, **given: Any) -> int:
 def stop(robot: str, bus: str) -> int:
     """Stop all winches, also those that another program moves. It is not the emergency stop."""
     from cdpr_interval.driver.canopen_bus import stop_from_outside
-    from solvers.winch_session import read_bus, winches_of
+    from solvers.winches.session import read_bus, winches_of
 
     model = _robot(robot)
     winches_of(model)
@@ -240,7 +240,7 @@ def simulate(robot: str, **given: Any) -> int:
     from cdpr_interval.driver.canopen_drive import SimulatedNetwork
     from cdpr_interval.driver.simulated_drive import SimulatedDrive
     from cdpr_interval.errors import InputError
-    from solvers.winch_session import lengths_at, read_bus, winches_of
+    from solvers.winches.session import lengths_at, read_bus, winches_of
 
     model = _robot(robot)
     address = read_bus(given["bus"])
@@ -269,8 +269,8 @@ def simulate(robot: str, **given: Any) -> int:
 
 
 def _robot(source: str) -> Robot:
-    from cdpr_interval.robots.reader import load_robot
-    from solvers.winch_session import winches_of
+    from cdpr_interval.robots.formats.reader import load_robot
+    from solvers.winches.session import winches_of
 
     robot = load_robot(source)
     winches_of(robot)
@@ -279,7 +279,7 @@ def _robot(source: str) -> Robot:
 
 def _pose(text: str, quaternion: str | None = None, label: str = "--pose") -> Pose:
     from cdpr_interval.errors import InputError
-    from solvers.pose import read_pose
+    from solvers.questions.pose import read_pose
 
     try:
         return read_pose(text, quaternion)
@@ -314,7 +314,7 @@ def _armed(robot: Robot, given: dict[str, Any]) -> bool:
 
 
 def _winches(robot: Robot, given: dict[str, Any], live: bool | None = None) -> Any:
-    from solvers.winch_session import lengths_at, read_bus, winches
+    from solvers.winches.session import lengths_at, read_bus, winches
 
     bus = given.get("bus")
     address = read_bus(bus) if bus is not None and live is not False else None
@@ -351,8 +351,8 @@ def _home_lengths(robot: Robot, given: dict[str, Any]) -> list[Any]:
 
     from cdpr_interval.errors import InputError
     from cdpr_interval.robots.winch import Range
-    from solvers.lengths import read_lengths
-    from solvers.winch_session import lengths_at
+    from solvers.questions.lengths import read_lengths
+    from solvers.winches.session import lengths_at
 
     if (given["pose"] is None) == (given["lengths"] is None):
         raise InputError("home: needs either --pose or --lengths")
@@ -426,7 +426,7 @@ def _say_dry(live: bool) -> None:
 
 
 def _print_truth(robot: Robot, lengths: list[float], as_json: bool) -> None:
-    from solvers.winch_where import whereabouts
+    from solvers.winches.where import whereabouts
 
     found = whereabouts(robot, [(length, length) for length in lengths])
     if as_json:

@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 
 from cdpr_interval.errors import InputError
-from cdpr_interval.robots.literal import printable
-from cdpr_interval.robots.model import Robot
+from cdpr_interval.files.literal import printable
+from cdpr_interval.robots.cable_robot import Robot
+from solvers.answers.result import CableState, Result
 from solvers.report.palette import BODY, DISCRETE, GREY, SLACK, UNDECIDED, tension_rgb
 from solvers.report.scene import Scene, axis_range, frame_points, hull, region, scene
-from solvers.result import CableState, Result
 
 KINDS = ("png", "svg")
 DPI = 150

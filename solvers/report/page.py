@@ -8,20 +8,20 @@ from collections.abc import Sequence
 from html import escape
 from typing import Any
 
-from cdpr_interval.robots.model import Robot
-from cdpr_interval.robots.reader import parse_robot
+from cdpr_interval.robots.cable_robot import Robot
+from cdpr_interval.robots.formats.reader import parse_robot
 from certificates.verdicts import Verdict
+from solvers.answers.result import Outcome, Result
+from solvers.answers.table import table
+from solvers.answers.tool import this_tool
 from solvers.batch.ledger import Ledger, Recorded
 from solvers.batch.progress_line import duration
 from solvers.batch.tables import job_rows
 from solvers.batch.work import Status
-from solvers.proof import REFUSED, Proof
+from solvers.proofs.check import REFUSED, Proof
 from solvers.report import plots
 from solvers.report.scene import frame_points
 from solvers.report.source import ResultSource
-from solvers.result import Outcome, Result
-from solvers.table import table
-from solvers.tool import this_tool
 
 MOST_ROWS = 500
 """Of a table of solutions or failed jobs; what is left out is said."""

@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from cdpr_interval.errors import InputError
+from solvers.answers.result import CableState, Result
 from solvers.report.palette import BODY, DISCRETE, GREY, SLACK, TENSION_SCALE, UNDECIDED, tension_colour
 from solvers.report.scene import Points, Scene, axis_range, frame_points, region, scene
-from solvers.result import CableState, Result
 
 if TYPE_CHECKING:
-    from cdpr_interval.robots.model import Robot
+    from cdpr_interval.robots.cable_robot import Robot
 
 MARGIN = {"l": 50, "r": 20, "t": 30, "b": 40}
 LAYOUT = {

@@ -6,13 +6,13 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from cdpr_interval.errors import InputError
-from cdpr_interval.robots.literal import printable, quote
-from cdpr_interval.robots.model import Robot
-from cdpr_interval.robots.reader import load_robot, shipped_robots
+from cdpr_interval.files.literal import printable, quote
+from cdpr_interval.robots.cable_robot import Robot
+from cdpr_interval.robots.formats.reader import load_robot, shipped_robots
+from solvers.answers.result import Result
 from solvers.batch.campaign import result_of, robot_of
 from solvers.batch.ledger import Ledger
-from solvers.proof import Proof, proof_of
-from solvers.result import Result
+from solvers.proofs.check import Proof, proof_of
 
 LARGEST_RESULT = 200_000_000
 """Bytes."""

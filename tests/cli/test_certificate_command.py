@@ -13,8 +13,8 @@ from certificates.__main__ import main
 from certificates.container import read, write
 from certificates.tree import Node
 from certificates.verdicts import Verdict
+from solvers.answers.result import Outcome, StopReason
 from solvers.cli import ExitCode, cli
-from solvers.result import Outcome, StopReason
 from tests import hanging_mass
 from tests.made_certificates import changed, leaf, platform
 

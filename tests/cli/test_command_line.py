@@ -8,8 +8,8 @@ from fractions import Fraction
 import pytest
 from click.testing import CliRunner
 
+from solvers.answers.result import Answer, Result, StopReason
 from solvers.cli import COMMANDS, cli
-from solvers.result import Answer, Result, StopReason
 from tests import hanging_mass
 
 
@@ -57,7 +57,7 @@ def test_help_names_the_commands_that_exist():
 def test_help_imports_nothing_heavy(args):
     code = f"""
 import sys
-from solvers.cli import cli
+from solvers.cli import (cli)
 try:
     cli.main({args!r})
 except SystemExit as stop:
@@ -269,11 +269,11 @@ def test_an_interrupt_is_exit_130_with_its_result(asked, hanging, tmp_path):
 def test_signals_end_the_search_with_what_it_found(hanging, tmp_path, name):
     code = f"""
 import os, signal, sys, time
-from dataclasses import replace
+from dataclasses import (replace)
 import solvers.forward
-from solvers.cli import main
-from solvers.result import StopReason
-from tests import hanging_mass
+from solvers.cli import (main)
+from solvers.answers.result import (StopReason)
+from tests import (hanging_mass)
 def solve(problem, options):
     try:
         os.kill(os.getpid(), signal.{name})
@@ -401,8 +401,8 @@ def test_a_reader_that_goes_away_ends_the_command_quietly(hanging, tmp_path, arg
     code = f"""
 import sys
 import solvers.forward
-from solvers.cli import main
-from tests import hanging_mass
+from solvers.cli import (main)
+from tests import (hanging_mass)
 solvers.forward._solve = lambda problem, options: hanging_mass.answer()
 sys.argv[1:] = {args!r}
 if sys.argv[1] != "--help":
@@ -424,8 +424,8 @@ def test_the_result_file_is_written_before_the_output_is_closed(hanging, tmp_pat
     code = f"""
 import os, sys
 import solvers.forward
-from solvers.cli import main
-from tests import hanging_mass
+from solvers.cli import (main)
+from tests import (hanging_mass)
 solvers.forward._solve = lambda problem, options: hanging_mass.answer()
 read, write = os.pipe()
 os.close(read)

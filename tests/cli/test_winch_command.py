@@ -15,8 +15,8 @@ from cdpr_interval.driver.canopen_drive import SimulatedNetwork
 from cdpr_interval.driver.simulated_drive import SimulatedDrive
 from solvers import forward_kinematics
 from solvers.cli import cli
-from solvers.pose import read_pose
-from solvers.winch_session import lengths_at
+from solvers.questions.pose import read_pose
+from solvers.winches.session import lengths_at
 
 SLOW = {"cycle_s": "0.1", "heartbeat_s": "0.5", "lookahead_s": "1"}
 """For real time on a busy machine, which may well stand still for a third of a second."""

@@ -18,7 +18,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 
-from cdpr_interval.robots.model import Cable, Platform, Robot
+from cdpr_interval.robots.cable_robot import Cable, Platform, Robot
 from tests.planted.rational import (
     Matrix,
     Vector,

@@ -8,7 +8,7 @@ from enum import StrEnum
 import numpy as np
 from numpy.typing import NDArray
 
-from solvers.result import Bounds, CableState, Result, Solution, StopReason
+from solvers.answers.result import Bounds, CableState, Result, Solution, StopReason
 from tests.planted.platform import Planted
 
 Floats = NDArray[np.float64]

@@ -7,9 +7,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from solvers import forward_kinematics, six_dof
-from solvers.platform_subset import SubsetSearch, position_cells, start_cells
-from solvers.result import Outcome, Result
+from solvers import forward_kinematics
+from solvers.answers.result import Outcome, Result
+from solvers.six_dof import forward as six_dof
+from solvers.six_dof.subset_search import SubsetSearch, position_cells, start_cells
 from tests.planted.platform import Planted, plant
 from tests.planted.verdict import agrees, holds
 

@@ -10,8 +10,8 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
+from cdpr_interval.exact.enclosure import enclose
 from cdpr_interval.kernels import interval
-from cdpr_interval.kernels.enclosure import enclose
 from cdpr_interval.kernels.rounding import ETA, LARGEST, down, inflate, up
 
 INF = math.inf

@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+from cdpr_interval.exact.enclosure import enclose
 from cdpr_interval.kernels import interval_matrix as im
-from cdpr_interval.kernels.enclosure import enclose
 
 Matrix = list[list[Fraction]]
 WIDTHS = (0.0, 1e-12, 1e-6, 1e-3, 0.1, 1.0)

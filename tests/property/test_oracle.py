@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from cdpr_interval.robots.reader import parse_robot
+from cdpr_interval.robots.formats.reader import parse_robot
 from solvers import forward_kinematics
 from tests.oracle.compare import Verdict, compare
 from tests.oracle.model import Case

@@ -7,8 +7,8 @@ import pytest
 from numpy.typing import NDArray
 
 from cdpr_interval.kernels.lanes import LANES
-from solvers import platform_directions
-from solvers.platform_polynomials import WORK_SHAPE
+from cdpr_interval.mechanics.six_dof import directions as platform_directions
+from cdpr_interval.mechanics.six_dof.geometry import WORK_SHAPE
 from tests.kernel_callers import Callers
 
 Floats = NDArray[np.float64]

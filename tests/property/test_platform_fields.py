@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from cdpr_interval.kernels.enclosure import enclose
-from solvers import platform_fields as pf
+from cdpr_interval.exact.enclosure import enclose
+from cdpr_interval.mechanics.six_dof import fields as pf
 from tests.planted_platform import (
     HALF_TURN_SIGNS,
     Planted,

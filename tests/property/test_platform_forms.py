@@ -12,16 +12,14 @@ from typing import Any
 import numpy as np
 import pytest
 
-from cdpr_interval.kernels.enclosure import enclose
+from cdpr_interval.engine import contraction as platform_elimination
+from cdpr_interval.exact.enclosure import enclose
 from cdpr_interval.kernels.lanes import LANES
 from cdpr_interval.kernels.second_order import ROTATION_ONLY, WHOLE_POSE, Symbols
-from solvers import (
-    platform_directions,
-    platform_elimination,
-    platform_polynomials,
-    platform_statics,
-)
-from solvers.platform_scratch import enclose_pose_cell, enclose_turn_cell, form_arrays
+from cdpr_interval.mechanics.six_dof import balance as platform_statics
+from cdpr_interval.mechanics.six_dof import directions as platform_directions
+from cdpr_interval.mechanics.six_dof import geometry as platform_polynomials
+from solvers.six_dof.cell_kinds import enclose_pose_cell, enclose_turn_cell, form_arrays
 from tests import lane_calls as calls
 from tests import lane_platform as platform
 from tests.kernel_callers import Callers

@@ -12,17 +12,15 @@ from typing import Any
 import numpy as np
 import pytest
 
+from cdpr_interval.engine import contraction as platform_elimination
 from cdpr_interval.engine import search as engine
 from cdpr_interval.engine.budget import Budget, Stop
 from cdpr_interval.kernels import second_order
 from cdpr_interval.kernels.lanes import LANES
 from cdpr_interval.kernels.second_order import ROTATION_ONLY, WHOLE_POSE, Symbols, width
-from solvers import (
-    platform_elimination,
-)
-from solvers.platform_model import HALF_TURNS
-from solvers.platform_polynomials import EQUATION, FORM_ROWS, PIVOT, SCRATCH, WORK_SHAPE
-from solvers.platform_subset import pose_run, turn_run
+from cdpr_interval.mechanics.six_dof.arrays import HALF_TURNS
+from cdpr_interval.mechanics.six_dof.geometry import EQUATION, FORM_ROWS, PIVOT, SCRATCH, WORK_SHAPE
+from solvers.six_dof.subset_search import pose_run, turn_run
 from tests import lane_platform as platform
 from tests.exact_rows import Point, polynomial
 from tests.kernel_callers import Callers

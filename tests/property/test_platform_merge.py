@@ -10,15 +10,16 @@ import pytest
 
 from cdpr_interval import load_robot
 from cdpr_interval.engine.budget import Budget
-from cdpr_interval.robots.reader import parse_robot
-from solvers import balls, forward_kinematics
-from solvers.platform_frame import Frame, lies_in, pose_of
-from solvers.platform_merge import distinct, may_coincide
-from solvers.platform_prepared import lengths_of, prepared
-from solvers.platform_reduction import reduced_problems
-from solvers.platform_roots import Root
-from solvers.platform_subset import SubsetSearch
-from solvers.problem import Options, Problem
+from cdpr_interval.exact import balls
+from cdpr_interval.mechanics.six_dof.frame import Frame, lies_in, pose_of
+from cdpr_interval.robots.formats.reader import parse_robot
+from solvers import forward_kinematics
+from solvers.questions.problem import Options, Problem
+from solvers.six_dof.merge import distinct, may_coincide
+from solvers.six_dof.prepared import lengths_of, prepared
+from solvers.six_dof.reduction import reduced_problems
+from solvers.six_dof.roots import Root
+from solvers.six_dof.subset_search import SubsetSearch
 
 
 def found(width: str) -> tuple[list[Root], Frame]:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from cdpr_interval.kernels.lanes import LANES
-from solvers import platform_nearest
+from cdpr_interval.mechanics.six_dof import nearest as platform_nearest
 from tests.kernel_callers import Callers
 
 CALLERS = Callers(platform_nearest)

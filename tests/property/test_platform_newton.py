@@ -13,11 +13,11 @@ import numpy as np
 import pytest
 
 from cdpr_interval.engine.budget import Budget
-from cdpr_interval.kernels.enclosure import enclose
-from solvers import platform_newton as newton
-from solvers import platform_pose as pose
-from solvers.platform_model import Model, Range, RangeVector, build_model
-from solvers.platform_roots import GENERAL, GEOMETRY, PLANAR, Prover, Root
+from cdpr_interval.exact.enclosure import enclose
+from cdpr_interval.mechanics.six_dof import system as newton
+from cdpr_interval.mechanics.six_dof.arrays import Model, Range, RangeVector, build_model
+from solvers.six_dof import pose_cells as pose
+from solvers.six_dof.roots import GENERAL, GEOMETRY, PLANAR, Prover, Root
 from tests.planted_platform import HALF_TURN_SIGNS, Planted, plant, shifted
 
 TAUT = (2, 3, 4, 5, 6)

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from cdpr_interval import load_robot
-from cdpr_interval.robots.reader import parse_robot
+from cdpr_interval.robots.formats.reader import parse_robot
 from solvers import forward_kinematics
-from solvers.result import CableState, Outcome
+from solvers.answers.result import CableState, Outcome
 
 
 def within(inner, outer):

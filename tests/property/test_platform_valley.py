@@ -7,16 +7,17 @@ import pytest
 from flint import arb
 
 from cdpr_interval import load_robot
-from cdpr_interval.robots.reader import parse_robot
-from solvers import balls, forward_kinematics
+from cdpr_interval.exact import balls
+from cdpr_interval.mechanics.orientation import rotation_from_quaternion
+from cdpr_interval.mechanics.six_dof.frame import Pose, cayley
+from cdpr_interval.mechanics.stability import quadratic_form, to_matrix
+from cdpr_interval.robots.formats.reader import parse_robot
+from solvers import forward_kinematics
 from solvers.forward import pose_problem
-from solvers.orientation import rotation_from_quaternion
-from solvers.platform_frame import Pose, cayley
-from solvers.platform_open import neighbourhood, tight_cables
-from solvers.platform_solution import geometry
-from solvers.platform_valley import Neighbourhood, floor_of
-from solvers.problem import Options
-from solvers.stability import quadratic_form, to_matrix
+from solvers.questions.problem import Options
+from solvers.six_dof.open_entries import neighbourhood, tight_cables
+from solvers.six_dof.solution import geometry
+from solvers.six_dof.valley import Neighbourhood, floor_of
 
 HEAD = "format: cdpr-robot/1\nname: test\nplatform: {mass_kg: 1}\ncables:\n"
 

@@ -15,11 +15,11 @@ import numpy as np
 import pytest
 
 from cdpr_interval.errors import InputError
-from cdpr_interval.robots.model import Cable, Elasticity, Platform, Robot
-from solvers.point_mass import solve
-from solvers.point_mass_exact import ExactPose, exact_pose
-from solvers.problem import Method, Options, Problem
-from solvers.result import Answer, CableState, Outcome, StopReason
+from cdpr_interval.robots.cable_robot import Cable, Elasticity, Platform, Robot
+from solvers.answers.result import Answer, CableState, Outcome, StopReason
+from solvers.point_mass.forward import solve
+from solvers.point_mass.surd import ExactPose, exact_pose
+from solvers.questions.problem import Method, Options, Problem
 
 SCRIPT = Path(__file__).parents[2] / "scripts" / "planted_point_mass.py"
 spec = importlib.util.spec_from_file_location("planted_point_mass", SCRIPT)

@@ -15,12 +15,12 @@ import numpy as np
 import pytest
 
 from cdpr_interval import InputError, NotSupportedError, load_robot
-from cdpr_interval.robots.model import Cable, Elasticity, Platform, Robot, Uncertain
+from cdpr_interval.robots.cable_robot import Cable, Elasticity, Platform, Robot, Uncertain
 from solvers import PointMass, PoseStatus, forward_kinematics
-from solvers.point_mass_model import MOST_KEPT, build_arrays, robot_arrays, with_load
-from solvers.point_mass_pose import PointMassPose
-from solvers.problem import Problem
-from solvers.result import CableState, Outcome, Result
+from solvers.answers.result import CableState, Outcome, Result
+from solvers.point_mass.arrays import MOST_KEPT, build_arrays, robot_arrays, with_load
+from solvers.point_mass.pose import PointMassPose
+from solvers.questions.problem import Problem
 
 ORIGIN = (Fraction(0), Fraction(0), Fraction(0))
 ROOT = Path(__file__).parents[2]
@@ -250,9 +250,9 @@ def test_arrays_are_kept_for_a_few_robots() -> None:
 def test_after_warming_up_no_call_waits_for_kernels(name: str, short: str) -> None:
     code = f"""
 import sys
-from numba.core.dispatcher import Dispatcher
-from cdpr_interval import load_robot
-from solvers import PointMass
+from numba.core.dispatcher import (Dispatcher)
+from cdpr_interval import (load_robot)
+from solvers import (PointMass)
 
 def loaded():
     modules = [m for n, m in list(sys.modules.items()) if n.startswith(("solvers", "cdpr_interval"))]

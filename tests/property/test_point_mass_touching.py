@@ -12,16 +12,16 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from cdpr_interval.robots.model import Cable, Platform, Robot
+from cdpr_interval.robots.cable_robot import Cable, Platform, Robot
 from solvers import PointMass, Result, forward_kinematics
-from solvers.point_mass_convex import find_pose
-from solvers.point_mass_entry import Fields
-from solvers.point_mass_model import length_bounds, robot_arrays
-from solvers.point_mass_pose import PoseStatus
-from solvers.point_mass_reach import reachable
-from solvers.point_mass_tensions import tensions_at
-from solvers.problem import Problem
-from solvers.result import CableState, Outcome
+from solvers.answers.result import CableState, Outcome
+from solvers.point_mass.arrays import length_bounds, robot_arrays
+from solvers.point_mass.convex import find_pose
+from solvers.point_mass.entry import Fields
+from solvers.point_mass.pose import PoseStatus
+from solvers.point_mass.reach import reachable
+from solvers.point_mass.tension_polytope import tensions_at
+from solvers.questions.problem import Problem
 
 METHODS = ["convex", "search"]
 ZERO = (Fraction(0), Fraction(0), Fraction(0))
@@ -310,10 +310,10 @@ def test_a_plane_of_exits_and_load_holds_the_region() -> None:
 def test_certificates_claim_what_they_can(tmp_path) -> None:
     """Touching balls and switches are no claims of a certificate: it is written, and left open."""
     from certificates.checker import check
-    from solvers.certificate import certificate_bytes
     from solvers.forward import answer_question, pose_problem
-    from solvers.problem import Options
-    from solvers.record import Record
+    from solvers.proofs.document import certificate_bytes
+    from solvers.questions.problem import Options
+    from solvers.six_dof.record import Record
 
     for k, (anchors, lengths) in enumerate(
         [(TWO_UP_TWO_DOWN, [5] * 4), ([(0, 0, 0), (4, 0, 0)], [2, 2]), (LINE[:2], [2, Fraction(283, 100)])]

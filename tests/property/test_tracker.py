@@ -13,14 +13,14 @@ import pytest
 from flint import arb, ctx
 
 from cdpr_interval import load_robot
-from cdpr_interval.kernels.enclosure import enclose
+from cdpr_interval.exact.enclosure import enclose
+from cdpr_interval.mechanics.six_dof import system as newton
 from solvers import forward_kinematics
-from solvers import platform_newton as newton
-from solvers import platform_track as pt
-from solvers.platform_prepared import prepared
-from solvers.platform_roots import GENERAL, GEOMETRY, system_of
-from solvers.problem import Problem
-from solvers.tracker import Tracker, chart_of, charts_of, quaternion_of
+from solvers.questions.problem import Problem
+from solvers.six_dof import track as pt
+from solvers.six_dof.prepared import prepared
+from solvers.six_dof.roots import GENERAL, GEOMETRY, system_of
+from solvers.six_dof.tracker import Tracker, chart_of, charts_of, quaternion_of
 from tests.planted.platform import Planted as PlantedRobot
 from tests.planted.platform import plant as plant_robot
 from tests.planted_platform import (

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from cdpr_interval.robots.reader import parse_robot
+from cdpr_interval.robots.formats.reader import parse_robot
 from solvers import forward_kinematics
-from solvers.result import CableState, Outcome, Stability
+from solvers.answers.result import CableState, Outcome, Stability
 
 HEAD = "format: cdpr-robot/1\nname: test\nplatform: {mass_kg: 1}\ncables:\n"
 

@@ -8,10 +8,10 @@ from pathlib import Path
 
 import pytest
 
-from cdpr_interval.robots.model import Cable, Elasticity, Platform, Robot
-from solvers.point_mass import solve
-from solvers.problem import Method, Options, Problem
-from solvers.result import Answer, CableState, Outcome, Solution, Stability
+from cdpr_interval.robots.cable_robot import Cable, Elasticity, Platform, Robot
+from solvers.answers.result import Answer, CableState, Outcome, Solution, Stability
+from solvers.point_mass.forward import solve
+from solvers.questions.problem import Method, Options, Problem
 
 DATA = json.loads((Path(__file__).parent / "data" / "point_mass.json").read_text())
 CASES = {case["id"]: case for case in DATA["inextensible"] + DATA["elastic"]}

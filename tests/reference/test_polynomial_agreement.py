@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from cdpr_interval import load_robot
-from cdpr_interval.robots.model import Cable, Elasticity, Platform, Robot
+from cdpr_interval.robots.cable_robot import Cable, Elasticity, Platform, Robot
 from solvers import polynomial_report, pose_from_tensions
 from solvers.polynomial import agreement
 

@@ -17,10 +17,10 @@ import numpy as np
 import pytest
 
 from cdpr_interval import load_robot
-from cdpr_interval.robots.model import Robot
+from cdpr_interval.mechanics.orientation import rotation_from_quaternion
+from cdpr_interval.robots.cable_robot import Robot
 from solvers import forward_kinematics, inverse_kinematics
-from solvers.orientation import rotation_from_quaternion
-from solvers.result import Outcome, Result, Stability
+from solvers.answers.result import Outcome, Result, Stability
 
 EXCESS = 1e-6
 """m: most that a tendon may be longer than its limit at rest."""

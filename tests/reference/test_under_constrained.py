@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 
 from cdpr_interval import load_robot
-from cdpr_interval.robots.model import Cable, Platform, Robot
+from cdpr_interval.mechanics.orientation import rotation_from_quaternion
+from cdpr_interval.robots.cable_robot import Cable, Platform, Robot
 from solvers import forward_kinematics, inverse_kinematics
-from solvers.orientation import rotation_from_quaternion
-from solvers.result import CableState, Outcome, Result, Solution, Stability
+from solvers.answers.result import CableState, Outcome, Result, Solution, Stability
 
 DATA = Path(__file__).parent / "data"
 CASES = {case["name"]: case for case in json.loads((DATA / "uc.json").read_text())["cases"]}

@@ -13,6 +13,7 @@ import pytest
 from cdpr_interval import load_robot
 from cdpr_interval.errors import InputError
 from certificates import check
+from solvers.answers.tool import this_tool
 from solvers.batch import pool as pool_module
 from solvers.batch import work
 from solvers.batch.campaign import begin, proceed, result_of
@@ -23,7 +24,6 @@ from solvers.batch.ledger import FILE, Ledger, LedgerError
 from solvers.batch.pool import ProcessPool
 from solvers.batch.work import Chunk, JobOutcome, Status, Task, solve_chunk
 from solvers.forward import forward_kinematics
-from solvers.tool import this_tool
 from tests import batch_workers
 from tests.batch_workers import DEADLY, MONTE_CARLO, listed, write
 

@@ -26,12 +26,12 @@ from certificates.searches import MOST_ROOTS
 from certificates.tree import Cell, Node, decode
 from certificates.turning import everywhere
 from certificates.verdicts import Malformed, NotProved, Report, Verdict
-from solvers.certificate import certificate_document, document_candidates, hindrance
-from solvers.certificate_entries import subset_entries
+from solvers.answers.result import CableState
 from solvers.forward import answer_question, pose_problem
-from solvers.problem import Options
-from solvers.proof import difference
-from solvers.result import CableState
+from solvers.proofs.check import difference
+from solvers.proofs.document import certificate_document, document_candidates, hindrance
+from solvers.proofs.entries import subset_entries
+from solvers.questions.problem import Options
 from tests import hanging_mass
 from tests.forgeries import dropped
 from tests.honest_certificates import CORNERS, TURNED, Document, honest, made

@@ -7,17 +7,17 @@ import pytest
 from flint import arb, arb_mat, ctx, fmpq
 
 from cdpr_interval import load_robot
+from cdpr_interval.exact import balls
+from cdpr_interval.mechanics.six_dof.frame import Pose as SolverPose
 from certificates.balls import BITS
 from certificates.claims import Pose, check_pose
 from certificates.point_mass import IDENTITY, lowest_points
 from certificates.stability import check_stability, second_variation
 from certificates.verdicts import NotProved
-from solvers import balls
-from solvers.certificate_point import certificate_question, listed_solution
 from solvers.forward import answer_question, pose_problem
-from solvers.platform_frame import Pose as SolverPose
-from solvers.platform_solution import pose_solution
-from solvers.problem import Options, Problem
+from solvers.proofs.point import certificate_question, listed_solution
+from solvers.questions.problem import Options, Problem
+from solvers.six_dof.solution import pose_solution
 from tests.point_certificates import case, robot
 
 SEED = 20261125

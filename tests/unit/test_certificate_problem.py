@@ -13,11 +13,11 @@ from certificates.literals import bounds_of, exact
 from certificates.problem import read_problem, read_solutions
 from certificates.tree import Node
 from certificates.verdicts import Malformed, Verdict
-from solvers.certificate import certificate_document, document_solutions, exact_text
-from solvers.certificate_entries import subset_entries
-from solvers.certificate_point import certificate_question, listed_solution, widened
 from solvers.forward import answer_question, pose_problem
-from solvers.problem import Options
+from solvers.proofs.document import certificate_document, document_solutions, exact_text
+from solvers.proofs.entries import subset_entries
+from solvers.proofs.point import certificate_question, listed_solution, widened
+from solvers.questions.problem import Options
 from tests.made_certificates import changed, hanging, leaf, platform, three_poses, written
 from tests.point_certificates import robot, vector
 

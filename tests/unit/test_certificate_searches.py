@@ -15,6 +15,7 @@ import pytest
 from flint import ctx
 
 from cdpr_interval import load_robot
+from cdpr_interval.engine.batch_cells import OPEN, UNBALANCED
 from certificates import check, leaves, searches
 from certificates.balls import BITS
 from certificates.certificate import Certificate
@@ -22,14 +23,13 @@ from certificates.container import pack
 from certificates.root_claims import check_all_roots
 from certificates.tree import Node
 from certificates.verdicts import NotProved, Verdict
-from solvers import certificate_tree
-from solvers.certificate import certificate_document
-from solvers.certificate_entries import subset_entries
+from solvers.answers.result import Result
 from solvers.forward import answer_question, pose_problem
-from solvers.platform_batch import OPEN, UNBALANCED
-from solvers.problem import Options, Problem
-from solvers.record import Record
-from solvers.result import Result
+from solvers.proofs import tree as certificate_tree
+from solvers.proofs.document import certificate_document
+from solvers.proofs.entries import subset_entries
+from solvers.questions.problem import Options, Problem
+from solvers.six_dof.record import Record
 from tests import plain_certificate_reader as reader
 from tests import point_certificates
 
@@ -340,7 +340,7 @@ def one_root_lost(problem: Problem, options: Options, result: Result) -> Result:
     searches = options.record.searches[0, 1]
     lost, kept = searches[1].roots[0], searches[1].roots[1:]
     searches[1] = replace(searches[1], roots=kept)
-    from solvers.platform_frame import pose_of
+    from cdpr_interval.mechanics.six_dof.frame import pose_of
 
     centre = np.array([float(x.mid()) for x in pose_of(lost, searches[1].reduced.frame).centre.entries()])
     far = [s for s in result.solutions if np.abs(s.position.mean(axis=1) - centre).max() > 1e-3]

@@ -6,9 +6,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from solvers.answers.message import message_of
+from solvers.answers.result import Answer, CableState, Certainty, Outcome, Proof, Result, SubsetReport
 from solvers.batch.answer import answer_text, result_document
-from solvers.result import Answer, CableState, Certainty, Outcome, Proof, Result, SubsetReport
-from solvers.result_message import message_of
 from tests import hanging_mass
 from tests.hanging_mass import around
 from tests.unit.test_result import result_of

@@ -10,6 +10,8 @@ from pathlib import Path
 
 import pytest
 
+from scripts import architecture_table
+
 ROOT = Path(__file__).parents[2]
 PAGES = sorted([*ROOT.glob("*.md"), *(ROOT / "docs").glob("*.md")])
 EXAMPLES = [ROOT / "README.md", *(ROOT / "docs" / page for page in ("adding-a-robot.md", "winches.md"))]
@@ -53,6 +55,11 @@ def test_the_architecture_page_has_a_line_for_every_module():
     }
     assert len(listed) == len(set(listed))
     assert set(listed) == files
+
+
+def test_the_architecture_page_says_what_the_modules_say():
+    text = architecture_table.PAGE.read_text(encoding="utf-8")
+    assert architecture_table.page(text) == text, "run python scripts/architecture_table.py"
 
 
 def test_files_named_in_the_pages_exist():

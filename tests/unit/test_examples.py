@@ -10,7 +10,7 @@ from hypothesis import settings
 
 ROOT = Path(__file__).resolve().parents[2]
 DRAWS = """
-from hypothesis import given, strategies as st
+from hypothesis import (given, strategies as st)
 
 @given(st.integers(0, 10**9))
 def test_drawn(number):

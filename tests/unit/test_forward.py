@@ -8,11 +8,11 @@ from fractions import Fraction as F
 import pytest
 
 from cdpr_interval import InputError, NotSupportedError, load_robot
-from cdpr_interval.robots.model import Elasticity, Uncertain
+from cdpr_interval.robots.cable_robot import Elasticity, Uncertain
 from solvers import forward_kinematics
+from solvers.answers.result import Outcome, StopReason
 from solvers.forward import _around
-from solvers.problem import Method
-from solvers.result import Outcome, StopReason
+from solvers.questions.problem import Method
 from tests import hanging_mass
 
 

@@ -10,7 +10,7 @@ import pytest
 
 from cdpr_interval import load_robot
 from cdpr_interval.errors import InputError, NotSupportedError
-from cdpr_interval.robots.model import Cable, Platform, Robot
+from cdpr_interval.robots.cable_robot import Cable, Platform, Robot
 from solvers import Result, pose_from_tensions
 
 SEED = 20261123

@@ -8,10 +8,8 @@ import numpy as np
 import pytest
 
 from cdpr_interval import InputError, NotSupportedError, load_robot
-from cdpr_interval.robots.model import Elasticity, Uncertain
-from solvers import IkResult, inverse_kinematics
-from solvers.nonnegative import nonnegative_least_squares, smallest_nonnegative_solution
-from solvers.orientation import (
+from cdpr_interval.kernels.nonnegative import nonnegative_least_squares, smallest_nonnegative_solution
+from cdpr_interval.mechanics.orientation import (
     quaternion_from_rotation,
     rotation_from_quaternion,
     rotation_from_rpy,
@@ -19,8 +17,10 @@ from solvers.orientation import (
     rpy_from_rotation,
     vector_from_rotation,
 )
-from solvers.pose import Pose, read_pose
-from solvers.wrench import static_model
+from cdpr_interval.mechanics.statics import static_model
+from cdpr_interval.robots.cable_robot import Elasticity, Uncertain
+from solvers import IkResult, inverse_kinematics
+from solvers.questions.pose import Pose, read_pose
 
 UC3_LOWEST = (
     (4.980166136652, 3.159526873789, -7.16948323259),

@@ -21,7 +21,8 @@ PLAIN = LockedCacheFile.__bases__[0]
 
 def test_every_file_with_cached_kernels_brings_the_lock():
     """Also when nothing else was imported before it."""
-    files = [*(ROOT / "solvers").rglob("*.py"), *(ROOT / "cdpr_interval" / "engine").rglob("*.py")]
+    folders = [ROOT / "solvers", *(ROOT / "cdpr_interval" / name for name in ("engine", "mechanics"))]
+    files = [path for folder in folders for path in folder.rglob("*.py")]
     cached = [path for path in files if "cache=True" in path.read_text()]
     brings = re.compile(r"^(from|import) cdpr_interval\.kernels\b", re.MULTILINE)
     assert cached

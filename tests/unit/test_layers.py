@@ -48,7 +48,7 @@ def loaded(statements: str, watched: set[str]) -> str:
     return done.stdout.strip()
 
 
-@pytest.mark.parametrize("module", ["cdpr_interval", "cdpr_interval.robots.model", "certificates"])
+@pytest.mark.parametrize("module", ["cdpr_interval", "cdpr_interval.robots.cable_robot", "certificates"])
 def test_importing_is_light(module: str):
     assert loaded(f"import {module}", NUMERICS | READING) == "[]"
 

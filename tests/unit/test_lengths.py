@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from cdpr_interval import InputError
-from solvers.lengths import read_lengths
+from solvers.questions.lengths import read_lengths
 
 NAMES = ("c1", "c2", "c3")
 

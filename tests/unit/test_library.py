@@ -5,7 +5,7 @@ from fractions import Fraction
 import pytest
 
 from cdpr_interval import load_robot
-from cdpr_interval.robots.reader import shipped_robots
+from cdpr_interval.robots.formats.reader import shipped_robots
 from scripts.make_schemas import ROOT, schemas
 
 CABLES = {

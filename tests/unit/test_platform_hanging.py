@@ -9,12 +9,13 @@ import numpy as np
 import pytest
 from flint import arb_mat
 
-from cdpr_interval.robots.model import Cable, Platform, Robot, Vector
-from solvers import balls, forward_kinematics
-from solvers.platform_frame import Pose
-from solvers.platform_hanging import hangs_by_centre, slack_rotation
-from solvers.problem import Problem
-from solvers.result import CableState, Outcome
+from cdpr_interval.exact import balls
+from cdpr_interval.mechanics.six_dof.frame import Pose
+from cdpr_interval.robots.cable_robot import Cable, Platform, Robot, Vector
+from solvers import forward_kinematics
+from solvers.answers.result import CableState, Outcome
+from solvers.questions.problem import Problem
+from solvers.six_dof.hanging import hangs_by_centre, slack_rotation
 
 ZERO = (Fraction(0),) * 3
 

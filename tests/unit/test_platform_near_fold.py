@@ -7,9 +7,9 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from cdpr_interval.robots.model import Cable, Platform, Robot, Vector
+from cdpr_interval.robots.cable_robot import Cable, Platform, Robot, Vector
 from solvers import forward_kinematics
-from solvers.result import Outcome
+from solvers.answers.result import Outcome
 
 
 def vector(text: str) -> Vector:

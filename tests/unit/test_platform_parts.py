@@ -9,13 +9,13 @@ import numpy as np
 import pytest
 
 from cdpr_interval import load_robot
+from solvers.answers.result import Outcome, StopReason
 from solvers.forward import answer_question, pose_problem
-from solvers.platform_parts import Part, PartFound, part_cells, parts_of, solve_part
-from solvers.platform_prepared import lengths_of, prepared
-from solvers.platform_reduction import reduced_problems
-from solvers.problem import Options
-from solvers.result import Outcome, StopReason
-from solvers.six_dof import subsets
+from solvers.questions.problem import Options
+from solvers.six_dof.forward import subsets
+from solvers.six_dof.parts import Part, PartFound, part_cells, parts_of, solve_part
+from solvers.six_dof.prepared import lengths_of, prepared
+from solvers.six_dof.reduction import reduced_problems
 
 CASES = {"uc3": ["7.5", "8", "7"], "uc4": ["7.5", "8", "7", "9"]}
 

@@ -9,12 +9,14 @@ import numpy as np
 import pytest
 
 from cdpr_interval import load_robot
-from solvers import forward_kinematics, platform_prepared, platform_reduction
-from solvers.platform_model import nearest
-from solvers.platform_prepared import ROBOTS, Same, kind_of, lengths_of, prepared
-from solvers.platform_reduction import reduced_problems
-from solvers.problem import Options, Problem
-from solvers.result import Result
+from cdpr_interval.mechanics.six_dof.arrays import nearest
+from solvers import forward_kinematics
+from solvers.answers.result import Result
+from solvers.questions.problem import Options, Problem
+from solvers.six_dof import prepared as platform_prepared
+from solvers.six_dof import reduction as platform_reduction
+from solvers.six_dof.prepared import ROBOTS, Same, kind_of, lengths_of, prepared
+from solvers.six_dof.reduction import reduced_problems
 
 ZERO = (Fraction(0),) * 3
 

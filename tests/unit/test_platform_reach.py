@@ -4,11 +4,11 @@ from fractions import Fraction
 
 import pytest
 
-from cdpr_interval.robots.model import Cable, Platform, Robot
+from cdpr_interval.robots.cable_robot import Cable, Platform, Robot
 from solvers import forward_kinematics
-from solvers.platform_reach import reach_message
-from solvers.problem import Problem
-from solvers.result import Outcome
+from solvers.answers.result import Outcome
+from solvers.questions.problem import Problem
+from solvers.six_dof.reach import reach_message
 
 
 def vector(*numbers):

@@ -8,14 +8,14 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from cdpr_interval.robots.model import Robot, Vector
-from cdpr_interval.robots.reader import load_robot
+from cdpr_interval.robots.cable_robot import Robot, Vector
+from cdpr_interval.robots.formats.reader import load_robot
 from solvers import forward_kinematics
-from solvers.platform_prepared import lengths_of, prepared
-from solvers.platform_reduction import reduced_problems
-from solvers.platform_units import METRES, Units, in_units, moved_outward, scaled
-from solvers.problem import Options, Problem
-from solvers.result import Outcome, Result
+from solvers.answers.result import Outcome, Result
+from solvers.questions.problem import Options, Problem
+from solvers.six_dof.prepared import lengths_of, prepared
+from solvers.six_dof.reduction import reduced_problems
+from solvers.six_dof.units import METRES, Units, in_units, moved_outward, scaled
 
 CASES = {"uc2": ("7.5", "8"), "uc3": ("7.5", "8", "7")}
 MILLION, TINY = Fraction(10**6), Fraction(1, 10**30)

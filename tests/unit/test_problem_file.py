@@ -5,7 +5,7 @@ from fractions import Fraction as F
 import pytest
 
 from cdpr_interval import InputError
-from solvers.problem_file import read_problem_file
+from solvers.questions.problem_file import read_problem_file
 
 NAMES = ("c1", "c2")
 

@@ -9,11 +9,11 @@ import pytest
 
 from cdpr_interval import load_robot
 from certificates.verdicts import Verdict
-from solvers.certificate import certificate_bytes
 from solvers.forward import answer_question, pose_problem
-from solvers.problem import Options
-from solvers.proof import difference, proof_of
-from solvers.record import Record
+from solvers.proofs.check import difference, proof_of
+from solvers.proofs.document import certificate_bytes
+from solvers.questions.problem import Options
+from solvers.six_dof.record import Record
 
 QUESTIONS = {"uc2": ["4.5", "4.5"], "merlet_4_1": ["2.7", "3.9", "3.35", "4.4"], "uc3": ["3", "3", "3"]}
 

@@ -15,13 +15,13 @@ from click.testing import CliRunner
 from cdpr_interval import load_robot
 from certificates.verdicts import Verdict
 from solvers import forward_kinematics
+from solvers.answers.result import CableState, Certainty, Undecided
 from solvers.cli import cli
-from solvers.proof import Proof
+from solvers.proofs.check import Proof
 from solvers.report.page import left_open, result_page
 from solvers.report.plots import robot_figure, thinned
 from solvers.report.scene import axis_range, hanging, region, scene
 from solvers.report.source import ResultSource
-from solvers.result import CableState, Certainty, Undecided
 from tests.batch_workers import MONTE_CARLO, write
 
 pytest.importorskip("plotly")

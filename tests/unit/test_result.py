@@ -7,20 +7,11 @@ import numpy as np
 import pytest
 
 from cdpr_interval import InputError, load_robot
-from cdpr_interval.robots.model import Elasticity
+from cdpr_interval.robots.cable_robot import Elasticity
 from solvers import Result, inverse_kinematics
+from solvers.answers.result import Answer, CableState, Family, Nominal, Outcome, Proof, Solution, Stability
 from solvers.forward import build_result
-from solvers.problem import Options, Problem
-from solvers.result import (
-    Answer,
-    CableState,
-    Family,
-    Nominal,
-    Outcome,
-    Proof,
-    Solution,
-    Stability,
-)
+from solvers.questions.problem import Options, Problem
 from tests import hanging_mass
 from tests.hanging_mass import around
 

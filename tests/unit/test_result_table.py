@@ -14,13 +14,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numba import njit
 
-from solvers.angle_enclosure import rpy_enclosures
-from solvers.orientation import rotation_from_rpy, rpy_from_rotation
-from solvers.problem import Options, Problem, Progress
-from solvers.progress import ProgressDisplay
-from solvers.proved_digits import proved_decimal, proved_significant
-from solvers.result import Answer
-from solvers.table import print_result, table
+from cdpr_interval.mechanics.orientation import rotation_from_rpy, rpy_from_rotation
+from solvers.answers.angles import rpy_enclosures
+from solvers.answers.digits import proved_decimal, proved_significant
+from solvers.answers.result import Answer
+from solvers.answers.table import print_result, table
+from solvers.commands.progress import ProgressDisplay
+from solvers.questions.problem import Options, Problem, Progress
 from tests import hanging_mass
 from tests.hanging_mass import around
 
@@ -153,8 +153,8 @@ def test_no_progress_line_in_a_file():
 COMPILING = "compiling kernels (first run only) ...\n"
 KERNEL = """\
 import sys
-from numba import njit
-from solvers.progress import ProgressDisplay
+from numba import (njit)
+from solvers.commands.progress import (ProgressDisplay)
 
 @njit(cache=True)
 def kernel(x):

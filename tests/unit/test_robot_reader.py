@@ -6,8 +6,8 @@ from fractions import Fraction
 import pytest
 
 from cdpr_interval import InputError, load_robot
-from cdpr_interval.robots.model import Uncertain
-from cdpr_interval.robots.reader import parse_robot, shipped_robots
+from cdpr_interval.robots.cable_robot import Uncertain
+from cdpr_interval.robots.formats.reader import parse_robot, shipped_robots
 
 FULL = """\
 # a comment

@@ -3,8 +3,8 @@
 import pytest
 
 from cdpr_interval import InputError, load_robot
-from cdpr_interval.robots.document import DEEPEST_LEVEL, MOST_ERRORS
-from cdpr_interval.robots.reader import parse_robot
+from cdpr_interval.files.document import DEEPEST_LEVEL, MOST_ERRORS
+from cdpr_interval.robots.formats.reader import parse_robot
 
 GOOD = """\
 format: cdpr-robot/1

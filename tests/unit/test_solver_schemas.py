@@ -9,9 +9,9 @@ import pytest
 
 from cdpr_interval import load_robot
 from solvers import inverse_kinematics
+from solvers.answers.result import Answer, CableState, Family, Outcome, Proof, Stability, StopReason
 from solvers.forward import build_result
-from solvers.problem import Options, Problem
-from solvers.result import Answer, CableState, Family, Outcome, Proof, Stability, StopReason
+from solvers.questions.problem import Options, Problem
 from tests import hanging_mass
 from tests.hanging_mass import around
 

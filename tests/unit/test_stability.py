@@ -3,9 +3,9 @@
 import pytest
 from flint import arb
 
-from solvers import balls
-from solvers.result import Stability
-from solvers.stability import classify
+from cdpr_interval.exact import balls
+from cdpr_interval.mechanics.stability import classify
+from solvers.answers.result import Stability
 
 UP = balls.vector([arb(0), arb(0), arb(1)])
 BELOW = balls.vector([arb(0), arb(0), arb(-1)])

@@ -13,12 +13,12 @@ import pytest
 
 from cdpr_interval import load_robot
 from cdpr_interval.errors import InputError, NotSupportedError
-from cdpr_interval.robots.model import Robot
+from cdpr_interval.mechanics.orientation import rotation_from_quaternion
+from cdpr_interval.robots.cable_robot import Robot
 from solvers import forward_kinematics, inverse_kinematics
-from solvers.orientation import rotation_from_quaternion
-from solvers.result import CableState, Certainty, Family, Outcome, Result, Solution, Stability
-from solvers.tracked_pose import TrackedPose, TrackStatus
-from solvers.tracker import Tracker
+from solvers.answers.result import CableState, Certainty, Family, Outcome, Result, Solution, Stability
+from solvers.six_dof.tracked_pose import TrackedPose, TrackStatus
+from solvers.six_dof.tracker import Tracker
 from tests import hanging_mass
 from tests.tracked_region import check_alone, depth, is_finite, moved, start_at
 
@@ -299,7 +299,9 @@ def test_no_start_where_the_search_ends_without_a_choice(monkeypatch: pytest.Mon
         (replace(result, outcome=Outcome.INCOMPLETE), "the search for one is not complete"),
     ]
     for answer, part in answers:
-        monkeypatch.setattr("solvers.tracker.forward_kinematics", lambda *_, answer=answer, **__: answer)
+        monkeypatch.setattr(
+            "solvers.six_dof.tracker.forward_kinematics", lambda *_, answer=answer, **__: answer
+        )
         own = Tracker(robot)
         pose = own.update(UC4)
         assert not pose.tracked and pose.region is None and part in pose.reason

@@ -20,7 +20,7 @@ from cdpr_interval.driver.requests import Refused
 from cdpr_interval.driver.simulated_drive import FaultKind, SimulatedFault
 from cdpr_interval.driver.snapshot import GroupState
 from cdpr_interval.errors import InputError
-from cdpr_interval.robots.model import Robot
+from cdpr_interval.robots.cable_robot import Robot
 from tests.winch_robots import (
     LINEAR,
     MULTILAYER,

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from cdpr_interval.errors import InputError
-from cdpr_interval.robots.reader import parse_robot
+from cdpr_interval.robots.formats.reader import parse_robot
 from cdpr_interval.robots.winch import (
     HelicalDrum,
     LinearDrum,

@@ -10,14 +10,14 @@ import numpy as np
 import pytest
 
 from cdpr_interval import load_robot
-from cdpr_interval.robots.reader import parse_robot
+from cdpr_interval.robots.formats.reader import parse_robot
 from cdpr_interval.robots.winch import Range
 from scripts import winch_controller
 from solvers import forward_kinematics, inverse_kinematics
-from solvers.pose import Pose, read_pose
-from solvers.result import Stability
-from solvers.winch_path import PathRefused, half_widths_of, plan
-from solvers.winch_where import whereabouts
+from solvers.answers.result import Stability
+from solvers.questions.pose import Pose, read_pose
+from solvers.winches.path import PathRefused, half_widths_of, plan
+from solvers.winches.where import whereabouts
 from tests import hanging_mass
 from tests.winch_robots import Bench, smooth_path
 

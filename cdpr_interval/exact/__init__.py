@@ -1,0 +1,1 @@
+"""Exact numbers and proved bounds outside compiled code: irrationals, balls, doubles around rationals."""

@@ -1,0 +1,1 @@
+"""Mechanics of loaded bodies on cables, whatever the question: rotations, wrenches, stability."""

@@ -1,0 +1,245 @@
+"""A six-dof platform on inextensible cables as the compiled kernels see it.
+
+Everything the kernels need is a plain array: a middle and an error that together enclose the
+exact rational of the input. Rotations are covered by four charts: R = R(u) D_c with the Cayley
+rotation R(u), u in [-1, 1]^3, and D_c the identity or the half turn about x, y or z, so that in
+chart c the platform points are D_c b_i.
+"""
+
+from __future__ import annotations
+
+import math
+from fractions import Fraction
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cdpr_interval.exact.enclosure import enclose
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+HALF_TURNS = np.array([[1.0, 1.0, 1.0], [1.0, -1.0, -1.0], [-1.0, 1.0, -1.0], [-1.0, -1.0, 1.0]])
+"""Diagonals of D_c for c = 0..3; chart c holds the unit quaternions whose entry c is largest."""
+
+
+class Range(NamedTuple):
+    """Exact rational bounds of a real number."""
+
+    lo: Fraction
+    hi: Fraction
+
+    @staticmethod
+    def exact(x: Fraction | int) -> Range:
+        """Return the range of one number."""
+        return Range(Fraction(x), Fraction(x))
+
+    def __add__(self, other: Range) -> Range:  # type: ignore[override]
+        return Range(self.lo + other.lo, self.hi + other.hi)
+
+    def __neg__(self) -> Range:
+        return Range(-self.hi, -self.lo)
+
+    def __sub__(self, other: Range) -> Range:
+        return self + -other
+
+    def __mul__(self, other: Range) -> Range:  # type: ignore[override]
+        products = [a * b for a in self for b in other]
+        return Range(min(products), max(products))
+
+
+RangeVector = tuple[Range, Range, Range]
+
+
+class Model(NamedTuple):
+    """Arrays for the kernels; N cables of which the first n are taut, the others slack.
+
+    Lengths in m, forces in N. ``*_err`` bounds |exact - value|.
+    """
+
+    n_taut: int
+    planar: bool
+    """The problem is reduced to the plane y = 0 (two cables)."""
+    statics: bool
+    """Cells without an equilibrium of non-negative tensions are excluded."""
+    hanging: bool
+    """Some taut cables end at the centre of mass, the pivot among them, and at most three do not: cells where
+    only the former can have tension are excluded."""
+    slack: bool
+    """Cells where a cable outside the subset would be too long are excluded."""
+    anchors: Floats
+    """(N, 3) exit points A_i."""
+    anchors_err: Floats
+    points: Floats
+    """(4, N, 3) platform points D_c b_i from the centre of mass."""
+    points_err: Floats
+    """(N, 3)."""
+    anchor_steps: Floats
+    """(N, N, 3) A_i - A_j."""
+    anchor_steps_err: Floats
+    point_steps: Floats
+    """(4, N, N, 3) D_c (b_i - b_j)."""
+    point_steps_err: Floats
+    """(N, N, 3)."""
+    square: Floats
+    """(N, N) |A_i - A_j|^2 + |b_i - b_j|^2; |c_i - c_j|^2 = square - 2 (A_i - A_j) . R (b_i - b_j)."""
+    square_err: Floats
+    lengths: Floats
+    """(N, 2) bounds of l_i."""
+    lengths_sq: Floats
+    """(N,) l_i^2."""
+    lengths_sq_err: Floats
+    load: Floats
+    """(3,) f."""
+    load_err: Floats
+    size: float
+    """A length of the platform, by which moments are divided (only scales float work)."""
+    orders: Ints
+    """(m, n) permutations of the taut cables; the first three of a row are its triple."""
+
+
+def split(ranges: list[Range]) -> tuple[Floats, Floats]:
+    """Return middles and error bounds of exact ranges."""
+    pairs = [nearest(r.lo) if r.lo is r.hi or r.lo == r.hi else middle_and_error(r.lo, r.hi) for r in ranges]
+    return np.array([m for m, _ in pairs]), np.array([e for _, e in pairs])
+
+
+def nearest(x: Fraction) -> tuple[float, float]:
+    """Return the double nearest to an exact number and a bound of its error."""
+    numerator, denominator = x.numerator, x.denominator
+    try:
+        # Divisions of integers are correctly rounded.
+        m = numerator / denominator
+        a, b = m.as_integer_ratio()
+        excess = abs(numerator * b - a * denominator)
+        return m, math.nextafter(excess / (denominator * b), math.inf) if excess else 0.0
+    except OverflowError:
+        return middle_and_error(x, x)
+
+
+def middle_and_error(low: Fraction, high: Fraction) -> tuple[float, float]:
+    """Return a double near the middle of a range and a bound of its distance from all of the range."""
+    lo, hi = enclose(low)[0], enclose(high)[1]
+    m = 0.5 * lo + 0.5 * hi
+    middle = Fraction(m)
+    return m, enclose(max(high - middle, middle - low))[1]
+
+
+def _vectors(vectors: list[RangeVector]) -> tuple[Floats, Floats]:
+    m, e = split([x for v in vectors for x in v])
+    return m.reshape(-1, 3), e.reshape(-1, 3)
+
+
+def _sub(a: RangeVector, b: RangeVector) -> RangeVector:
+    return (a[0] - b[0], a[1] - b[1], a[2] - b[2])
+
+
+def _norm_sq(a: RangeVector) -> Range:
+    squares = [
+        Range(Fraction(0) if x.lo < 0 < x.hi else min(x.lo**2, x.hi**2), max(x.lo**2, x.hi**2)) for x in a
+    ]
+    return squares[0] + squares[1] + squares[2]
+
+
+def platform_size(points: Floats) -> float:
+    """Return the power of two nearest to the largest distance of a platform point from the centre of mass.
+
+    1 if all are there. A power of two divides without rounding.
+    """
+    most = float(np.sqrt((points**2).sum(axis=1).max())) or 1.0
+    return float(2.0 ** np.round(np.log2(most)))
+
+
+def triples_by_spread(anchors: Floats, points: Floats, n: int, most: int = 4) -> Ints:
+    """Return up to ``most`` orders of the taut cables, best triple first.
+
+    A triple is good when the centres c_i of its spheres stay far from one line over all
+    rotations: the 10 % quantile over a fixed sample of |m| = |(c_2 - c_1) x (c_3 - c_1)|.
+    """
+    if n < 3:
+        return np.arange(n, dtype=np.int64)[None, :]
+    q = np.random.default_rng(20120514).normal(size=(64, 4))
+    q /= np.linalg.norm(q, axis=1)[:, None]
+    w, v = q[:, :1, None], q[:, 1:]
+    cross = np.cross(v[:, None, :], points[None, :n, :])
+    rotated = points[None, :n] + 2.0 * (w * cross + np.cross(v[:, None, :], cross))
+    centres = anchors[None, :n] - rotated
+    scored = []
+    for i in range(n):
+        for j in range(i + 1, n):
+            for k in range(j + 1, n):
+                m = np.cross(centres[:, j] - centres[:, i], centres[:, k] - centres[:, i])
+                score = float(np.quantile(np.linalg.norm(m, axis=1), 0.1))
+                rest = [c for c in range(n) if c not in (i, j, k)]
+                scored.append((-score, [i, j, k, *rest]))
+    scored.sort()
+    return np.array([order for _, order in scored[:most]], dtype=np.int64)
+
+
+def central_first(orders: Ints, central: list[int]) -> Ints:
+    """Return the orders with a cable at the centre of mass in front, where there is one.
+
+    Moments are then about the centre of mass. A triple that has such a cable is only turned.
+    """
+    if not central:
+        return orders
+    turned = []
+    for order in orders.tolist():
+        first = next(i for i in order if i in central)
+        turned.append([first, *(i for i in order if i != first)])
+    return np.array(turned, dtype=np.int64)
+
+
+def build_model(
+    anchors: list[RangeVector],
+    points: list[RangeVector],
+    lengths: list[Range],
+    load: RangeVector,
+    n_taut: int,
+    *,
+    planar: bool = False,
+    statics: bool = True,
+    slack: bool = True,
+) -> Model:
+    """Enclose exact data (taut cables first) in the arrays of a ``Model``."""
+    count = len(anchors)
+    a, a_err = _vectors(anchors)
+    b, b_err = _vectors(points)
+    pairs = [(i, j) for i in range(count) for j in range(count)]
+    steps_a = [_sub(anchors[i], anchors[j]) for i, j in pairs]
+    steps_b = [_sub(points[i], points[j]) for i, j in pairs]
+    da, da_err = (x.reshape(count, count, 3) for x in _vectors(steps_a))
+    db, db_err = (x.reshape(count, count, 3) for x in _vectors(steps_b))
+    square, square_err = (
+        x.reshape(count, count)
+        for x in split([_norm_sq(x) + _norm_sq(y) for x, y in zip(steps_a, steps_b, strict=True)])
+    )
+    squares = [Range(r.lo**2, r.hi**2) for r in lengths]
+    l_sq, l_sq_err = split(squares)
+    f, f_err = split(list(load))
+    central = [i for i in range(n_taut) if all(r.lo == r.hi == 0 for r in points[i])]
+    return Model(
+        n_taut=n_taut,
+        planar=planar,
+        statics=statics,
+        hanging=statics and 1 <= n_taut - len(central) <= 3 and len(central) > 0,
+        slack=slack,
+        anchors=a,
+        anchors_err=a_err,
+        points=np.ascontiguousarray(HALF_TURNS[:, None, :] * b),
+        points_err=b_err,
+        anchor_steps=np.ascontiguousarray(da),
+        anchor_steps_err=np.ascontiguousarray(da_err),
+        point_steps=np.ascontiguousarray(HALF_TURNS[:, None, None, :] * db),
+        point_steps_err=np.ascontiguousarray(db_err),
+        square=np.ascontiguousarray(square),
+        square_err=np.ascontiguousarray(square_err),
+        lengths=np.array([[enclose(r.lo)[0], enclose(r.hi)[1]] for r in lengths]),
+        lengths_sq=l_sq,
+        lengths_sq_err=l_sq_err,
+        load=f,
+        load_err=f_err,
+        size=platform_size(b[:n_taut]),
+        orders=central_first(triples_by_spread(a, b, n_taut), central),
+    )

@@ -1,0 +1,90 @@
+"""Taut subsets whose poses come in families, recognised exactly on the input's rationals.
+
+(a) all taut exit points on one line parallel to the load: the whole pose turns about that line;
+(b) all taut platform points and the centre of mass on one line: the platform turns about it;
+(c) all taut platform points at the centre of mass: the platform turns freely;
+(d) all taut platform points in one other point: the platform hangs under it or balances over it.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable
+from dataclasses import dataclass
+from enum import Enum
+from itertools import combinations
+
+from cdpr_interval.robots.cable_robot import Vector
+from solvers.questions.problem import Problem
+
+
+class Kind(Enum):
+    """How the poses of a taut subset are searched."""
+
+    GENERAL = "general"
+    PLANE = "plane"
+    """Two cables: everything taut lies in the plane of the exit points and the load."""
+    ABOUT_VERTICAL = "a"
+    ABOUT_ROD = "b"
+    FREE_TURNING = "c"
+    ONE_POINT = "d"
+    DEPENDENT = "dependent"
+    """The wrenches are linearly dependent in every pose: smaller subsets hold all its poses."""
+
+
+@dataclass(frozen=True)
+class Classification:
+    """The kind of a subset, and which of the symmetries (a) and (b) it has."""
+
+    kind: Kind
+    vertical: bool = False
+    rod: bool = False
+
+
+def cross(a: Vector, b: Vector) -> Vector:
+    """Return a x b exactly."""
+    return (a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
+
+
+def minus(a: Vector, b: Vector) -> Vector:
+    """Return a - b exactly."""
+    return (a[0] - b[0], a[1] - b[1], a[2] - b[2])
+
+
+def is_zero(a: Vector) -> bool:
+    """Return True for the zero vector."""
+    return not any(a)
+
+
+def classify(problem: Problem, taut: tuple[int, ...]) -> Classification:
+    """Recognise the family of a taut subset from the exact input."""
+    exits = [problem.robot.cables[i].frame_anchor for i in taut]
+    points = [problem.anchors_from_centre[i] for i in taut]
+    n = len(taut)
+    if is_dependent(exits, points):
+        return Classification(Kind.DEPENDENT)
+    if all(b == points[0] for b in points):
+        return Classification(Kind.FREE_TURNING if is_zero(points[0]) else Kind.ONE_POINT)
+    vertical = all(is_zero(cross(minus(a, exits[0]), problem.load)) for a in exits)
+    rod = all(is_zero(cross(b, c)) for b, c in combinations(points, 2))
+    if (vertical and rod and n > 3) or ((vertical or rod) and n > 5):
+        return Classification(Kind.DEPENDENT)
+    if n == 2 or (vertical and rod):
+        return Classification(Kind.PLANE, vertical, rod)
+    if vertical:
+        return Classification(Kind.ABOUT_VERTICAL, vertical=True)
+    if rod:
+        return Classification(Kind.ABOUT_ROD, rod=True)
+    return Classification(Kind.GENERAL)
+
+
+def is_dependent(exits: list[Vector], points: list[Vector]) -> bool:
+    """Return True where two cables coincide or more than three pull through one point."""
+    if len(set(zip(exits, points, strict=True))) < len(exits):
+        return True
+    return max(most_common(exits), most_common(points)) > 3
+
+
+def most_common(vectors: Iterable[Vector]) -> int:
+    """Return how often the most frequent vector occurs."""
+    return max(Counter(vectors).values())

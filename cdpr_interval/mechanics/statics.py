@@ -1,0 +1,132 @@
+"""Cable directions, wrenches and their derivatives at a pose, in plain floats.
+
+Wrenches are about the centre of mass G in base axes; moments are divided by the platform's radius, so
+that all six rows are forces. A point mass has the three force rows only.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cdpr_interval.errors import InputError
+from cdpr_interval.mechanics.orientation import rotation_from_vector, vector_from_rotation
+from cdpr_interval.robots.cable_robot import Robot, Vector
+from solvers.questions.pose import Pose
+from solvers.questions.problem import Problem
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class StaticModel:
+    """A robot and its load as float arrays."""
+
+    names: tuple[str, ...]
+    exits: Floats
+    """A_i, (N, 3) m, base frame."""
+    anchors: Floats
+    """B_i - G, (N, 3) m, platform frame."""
+    centre: Floats
+    """G, (3,) m, platform frame."""
+    load: Floats
+    """(3,) N, base axes: weight and external force."""
+    is_point_mass: bool
+
+    @property
+    def radius(self) -> float:
+        """Largest distance of a platform point from G, m; 1 for a point mass."""
+        return 1.0 if self.is_point_mass else float(np.linalg.norm(self.anchors, axis=1).max())
+
+    @property
+    def load_wrench(self) -> Floats:
+        """The load as a scaled wrench, (3,) or (6,) N."""
+        return self.load if self.is_point_mass else np.concatenate([self.load, np.zeros(3)])
+
+    def arms_and_cables(self, pose: Pose) -> tuple[Floats, Floats]:
+        """Return r_i = R (B_i - G) and e_i = A_i - p - R B_i, both (N, 3) m, base axes."""
+        arms = self.anchors @ pose.rotation.T
+        return arms, self.exits - (pose.position + pose.rotation @ self.centre) - arms
+
+    def distances(self, pose: Pose) -> Floats:
+        """Return |e_i|, (N,) m.
+
+        Raises
+        ------
+        InputError
+            When a platform anchor lies in its exit point: such a cable has no direction.
+        """
+        distances: Floats = np.linalg.norm(self.arms_and_cables(pose)[1], axis=1)
+        if not (distances > 0.0).all():
+            name = self.names[int(np.argmin(distances))]
+            raise InputError(f"pose: the length of cable '{name}' is zero at this pose")
+        return distances
+
+    def wrenches(self, pose: Pose) -> Floats:
+        """Return the scaled wrench of unit tension of each cable, (3 or 6, N)."""
+        arms, cables = self.arms_and_cables(pose)
+        units = cables / self.distances(pose)[:, None]
+        if self.is_point_mass:
+            return units.T
+        return np.vstack([units.T, np.cross(arms, units).T / self.radius])
+
+    def wrench_derivative(self, pose: Pose, tensions: Floats) -> Floats:
+        """Return the derivative of the cables' total wrench by the pose, tensions (N,) fixed.
+
+        Rows as `wrenches`; columns: translation of G (m) and, unless a point mass, rotation vector
+        in base axes times the radius (m); (3, 3) or (6, 6) N/m.
+        """
+        arms, cables = self.arms_and_cables(pose)
+        total = np.zeros((6, 6))
+        for arm, cable, tension in zip(arms, cables, tensions, strict=True):
+            length = float(np.linalg.norm(cable))
+            unit = cable / length
+            # An anchor moves by v + omega x arm = v - [arm] omega.
+            motion = np.hstack([np.eye(3), -_cross_matrix(arm) / self.radius])
+            turning = -(np.eye(3) - np.outer(unit, unit)) / length @ motion
+            swing = np.hstack([np.zeros((3, 3)), -_cross_matrix(arm) / self.radius])
+            total[:3] += tension * turning
+            total[3:] += tension / self.radius * (_cross_matrix(arm) @ turning - _cross_matrix(unit) @ swing)
+        return total[:3, :3] if self.is_point_mass else total
+
+    def moved(self, pose: Pose, step: Floats) -> Pose:
+        """Return the pose after a step in the columns of `wrench_derivative`."""
+        centre = pose.position + pose.rotation @ self.centre + step[:3]
+        if self.is_point_mass:
+            return Pose(centre - pose.rotation @ self.centre, pose.rotation)
+        turned = rotation_from_vector(step[3:] / self.radius) @ pose.rotation
+        # One Newton step towards the nearest orthogonal matrix keeps rounding from adding up.
+        rotation = turned @ (3.0 * np.eye(3) - turned.T @ turned) / 2.0
+        return Pose(centre - rotation @ self.centre, rotation)
+
+    def displacement(self, start: Pose, end: Pose) -> Floats:
+        """Return the step from one pose to another, (3,) or (6,) m, as `moved` takes it."""
+        shift = end.position - start.position + (end.rotation - start.rotation) @ self.centre
+        if self.is_point_mass:
+            return np.asarray(shift)
+        return np.concatenate([shift, self.radius * vector_from_rotation(end.rotation @ start.rotation.T)])
+
+
+def static_model(robot: Robot, external_force: Vector) -> StaticModel:
+    """Return the float model of a robot; every number is the double nearest to the exact one."""
+    problem = Problem(robot, (), external_force)
+    return StaticModel(
+        names=robot.cable_names,
+        exits=_array(cable.frame_anchor for cable in robot.cables),
+        anchors=_array(problem.anchors_from_centre),
+        centre=_array([robot.platform.centre_of_mass])[0],
+        load=_array([problem.load])[0],
+        is_point_mass=robot.is_point_mass,
+    )
+
+
+def _array(vectors: Iterable[Vector]) -> Floats:
+    return np.array([[float(x) for x in vector] for vector in vectors], dtype=np.float64)
+
+
+def _cross_matrix(v: Floats) -> Floats:
+    x, y, z = v
+    return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])

@@ -1,0 +1,1 @@
+"""The file format of robots: what a file may say, and how it becomes frozen data."""

@@ -1,0 +1,110 @@
+"""The blocks of a ``cdpr-robot/1`` file as pydantic models; also the source of its JSON Schema.
+
+Every length in m, mass in kg, force in N.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated, Any
+
+from pydantic import AfterValidator, Field, PlainValidator, WithJsonSchema, model_validator
+
+from cdpr_interval.files.fields import (
+    CABLE_NAME,
+    SHAPES,
+    Block,
+    Pair,
+    Positive,
+    Text,
+    Tolerance,
+    Vector,
+    cable_name,
+    kind,
+    not_zero,
+    one_line,
+    schema_of,
+    tension_limits,
+    text,
+)
+from cdpr_interval.files.literal import quote
+
+ROBOT_FORMAT = "cdpr-robot/1"
+
+
+def _format(value: object) -> str:
+    if text(value) != ROBOT_FORMAT:
+        raise ValueError(f"must be {quote(ROBOT_FORMAT)}, got {kind(value)}")
+    return ROBOT_FORMAT
+
+
+class ElasticityBlock(Block):
+    """How a cable stretches: exactly one of the two."""
+
+    stiffness_N_per_m: Positive | None = None
+    """Spring constant k."""
+    axial_stiffness_N: Positive | None = None
+    """EA; k = EA / (unstretched length)."""
+
+    @model_validator(mode="after")
+    def _exactly_one(self) -> ElasticityBlock:
+        if len(self.model_fields_set) != 1:
+            raise ValueError("must hold exactly one of 'stiffness_N_per_m' and 'axial_stiffness_N'")
+        return self
+
+
+class CableBlock(Block):
+    """One cable."""
+
+    name: Annotated[
+        str,
+        PlainValidator(cable_name),
+        WithJsonSchema({"type": "string", "pattern": f"^{CABLE_NAME.pattern}$"}),
+    ]
+    """Unique in the file."""
+    frame_anchor_m: Vector
+    """Exit point A_i, base frame."""
+    platform_anchor_m: Vector
+    """Platform point B_i, platform frame."""
+    elasticity: ElasticityBlock | None = None
+    """Absent: inextensible."""
+    tension_limits_N: Annotated[Pair, AfterValidator(tension_limits)] | None = None
+    """Reported against, never a filter."""
+
+
+class PlatformBlock(Block):
+    """The load."""
+
+    mass_kg: Positive
+    centre_of_mass_m: Vector | None = None
+    """Platform frame; default the origin."""
+
+
+class RobotBlock(Block):
+    """A cable-driven parallel robot, SI units, the unit in the key."""
+
+    format: Annotated[str, PlainValidator(_format), WithJsonSchema({"const": ROBOT_FORMAT})]
+    name: Annotated[Text, AfterValidator(one_line)]
+    source: Text | None = None
+    """Where the numbers come from."""
+    gravity_m_s2: Annotated[Vector, AfterValidator(not_zero)] | None = None
+    """Base frame; default [0, 0, -9.81]. "Up" is its opposite."""
+    platform: PlatformBlock
+    cables: Annotated[list[CableBlock], Field(min_length=1)]
+
+
+BLOCKS: dict[str, type[Block]] = {
+    "": RobotBlock,
+    "platform": PlatformBlock,
+    "cables": CableBlock,
+    "elasticity": ElasticityBlock,
+    SHAPES[1]: Tolerance,
+}
+"""Each block by the last name of its place, for suggestions."""
+
+
+def json_schema(robot: type[RobotBlock]) -> dict[str, Any]:
+    """Return the JSON Schema (draft 2020-12) of ``cdpr-robot/1``, from the model with all blocks."""
+    schema = schema_of(robot, ROBOT_FORMAT)
+    elasticity = schema["$defs"]["ElasticityBlock"]
+    elasticity["oneOf"] = [{"required": [key]} for key in elasticity["properties"]]
+    return schema

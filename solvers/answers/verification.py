@@ -1,0 +1,270 @@
+"""What can be wrong with a result, found without a solver: exact rational interval arithmetic.
+
+Every check is a necessary condition: two enclosures of one quantity must have a point in common.
+The arithmetic is on `Fraction`, so no rounding enters and no complaint is a rounding error.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator, Sequence
+from fractions import Fraction
+from itertools import pairwise
+
+from cdpr_interval.robots.cable_robot import Robot
+from solvers.answers.consistency import claims, contradictions
+from solvers.answers.order import solution_key
+from solvers.answers.result import Bounds, CableState, Outcome, Result, Solution, StopReason
+
+Interval = tuple[Fraction, Fraction]
+
+NOMINAL_MARGIN = 1e-6
+"""How far (relative to 1 + the box's width) the uncertified nominal pose may lie outside its box."""
+
+
+def complaints(result: Result, robot: Robot | None) -> list[str]:
+    """Return every contradiction in the result; see `solvers.answers.result.Result.verify`."""
+    found = list(_bookkeeping(result))
+    if robot is not None:
+        found += _identity(result, robot)
+    for number, solution in enumerate(result.solutions):
+        own = list(_solution(result, solution))
+        if not own and robot is not None and len(robot.cables) == len(result.cables):
+            own = list(_mechanics(result, solution, robot))
+        found += [f"solutions[{number}]: {text}" for text in own]
+    return found
+
+
+def _bookkeeping(result: Result) -> Iterator[str]:
+    finished = not (
+        result.undecided
+        or result.pending
+        or result.stop_reason is not StopReason.EXHAUSTED
+        or not all(solution.is_decided for solution in result.solutions)
+    )
+    if finished != (result.outcome is Outcome.COMPLETE):
+        yield f"outcome: '{result.outcome}' contradicts what is undecided, pending or cut short"
+    if any(subset.outcome is Outcome.INCOMPLETE for subset in result.subsets) and finished:
+        yield "outcome: 'complete' although a subset is incomplete"
+    if any(solution_key(a) > solution_key(b) for a, b in pairwise(result.solutions)):
+        yield "solutions: not in the order stability, height, taut, position"
+    least = 0.0 if result.question.tensions_given is None else -1.0
+    if not _ordered(result.lengths) or not (result.lengths[:, 0] > least).all():
+        yield "lengths_m: not all positive ranges"
+    if len(result.lengths) != len(result.cables):
+        yield f"lengths_m: {len(result.lengths)} ranges for {len(result.cables)} cables"
+    asked = result.question.taut
+    for number, solution in enumerate(result.solutions):
+        if asked is not None and not set(solution.taut) <= set(asked):
+            yield f"solutions[{number}]: taut cables outside the subset that was asked for"
+    yield from contradictions(result)
+
+
+def _identity(result: Result, robot: Robot) -> Iterator[str]:
+    if result.robot.sha256 != robot.sha256:
+        yield f"robot: the result is about another file ({result.robot.name}, this is {robot.name})"
+    if result.cables != robot.cable_names:
+        yield "cables: not the cables of this robot"
+    if result.model != model_name(robot):
+        yield f"model: '{result.model}', but this robot is a {model_name(robot)}"
+
+
+def model_name(robot: Robot) -> str:
+    """Return ``point-mass`` or ``six-dof``, as results name the model."""
+    return "point-mass" if robot.is_point_mass else "six-dof"
+
+
+def _solution(result: Result, solution: Solution) -> Iterator[str]:
+    """Check one entry against itself."""
+    boxes = {
+        "position_m": solution.position,
+        "rotation": solution.rotation,
+        "height_m": solution.height,
+        "tensions_N": solution.tensions,
+        "distances_m": solution.distances,
+    }
+    bad = [name for name, box in boxes.items() if not _ordered(box)]
+    if bad:
+        yield f"{bad[0]}: not ranges lo <= hi of numbers"
+        return
+    taut = tuple(i for i, state in enumerate(solution.cable_states) if state is CableState.TAUT)
+    if taut != solution.taut:
+        yield "taut: not the cables whose state is 'taut'"
+    signed = not result.question.ignore_tension_sign
+    for i, state in enumerate(solution.cable_states):
+        lo, hi = solution.tensions[i]
+        if state is CableState.TAUT and signed and not hi > 0.0:
+            yield f"tensions_N[{i}]: not positive although the cable is taut"
+        if state is CableState.SLACK and (lo != 0.0 or hi != 0.0):
+            yield f"tensions_N[{i}]: not zero although the cable is slack"
+        if state is not CableState.TAUT and solution.slack_respected and _far(result, solution, i):
+            yield f"distances_m[{i}]: longer than the cable although slackness is respected"
+    yield from claims(result, solution)
+    yield from _orthogonality(solution.rotation)
+    yield from _nominal(solution)
+
+
+def _far(result: Result, solution: Solution, cable: int) -> bool:
+    """Return whether a cable without tension is certainly too short to reach its anchor."""
+    return solution.tensions[cable, 1] <= 0.0 and bool(
+        solution.distances[cable, 0] > result.lengths[cable, 1]
+    )
+
+
+def _ordered(bounds: Bounds) -> bool:
+    return bool((bounds[..., 0] <= bounds[..., 1]).all())
+
+
+def _orthogonality(rotation: Bounds) -> Iterator[str]:
+    rows = [[_interval(rotation[i, j]) for j in range(3)] for i in range(3)]
+    for i in range(3):
+        for j in range(i, 3):
+            if not _meets(_dot(rows[i], rows[j]), _point(int(i == j))):
+                yield f"rotation: rows {i} and {j} are not orthonormal"
+    if not _meets(_dot(rows[0], _cross(rows[1], rows[2])), _point(1)):
+        yield "rotation: the determinant is not 1"
+
+
+def _nominal(solution: Solution) -> Iterator[str]:
+    nominal = solution.nominal
+    if _outside(solution.position, nominal.position):
+        yield "nominal: position outside position_m"
+    w, x, y, z = nominal.quaternion_wxyz
+    from_quaternion = (
+        (w * w + x * x - y * y - z * z, 2 * (x * y - w * z), 2 * (x * z + w * y)),
+        (2 * (x * y + w * z), w * w - x * x + y * y - z * z, 2 * (y * z - w * x)),
+        (2 * (x * z - w * y), 2 * (y * z + w * x), w * w - x * x - y * y + z * z),
+    )
+    (sr, sp, sy), (cr, cp, cy) = (tuple(f(a) for a in nominal.rpy) for f in (math.sin, math.cos))
+    from_angles = (
+        (cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr),
+        (sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr),
+        (-sp, cp * sr, cp * cr),
+    )
+    for name, matrix in (("quaternion_wxyz", from_quaternion), ("rpy_rad", from_angles)):
+        if any(_outside(solution.rotation[i], matrix[i]) for i in range(3)):
+            yield f"nominal: {name} outside rotation"
+
+
+def _outside(bounds: Bounds, values: Iterable[float]) -> bool:
+    """Return whether a value is further outside its range than the nominal pose may be."""
+    return not all(
+        lo - _margin(lo, hi) <= value <= hi + _margin(lo, hi)
+        for (lo, hi), value in zip(bounds.tolist(), values, strict=True)
+    )
+
+
+def _margin(lo: float, hi: float) -> float:
+    return NOMINAL_MARGIN * (1.0 + hi - lo)
+
+
+def _mechanics(result: Result, solution: Solution, robot: Robot) -> Iterator[str]:
+    """Check distances, height, taut lengths and the equilibrium over the solution's box."""
+    rotation = [[_interval(solution.rotation[i, j]) for j in range(3)] for i in range(3)]
+    origin = [_interval(x) for x in solution.position]
+
+    def in_base(vector: Sequence[Fraction]) -> list[Interval]:
+        return [_dot(row, [_point(x) for x in vector]) for row in rotation]
+
+    arm = in_base(robot.platform.centre_of_mass)
+    centre = [_add(p, a) for p, a in zip(origin, arm, strict=True)]
+    yield from _height(solution, robot, centre)
+    mass = robot.platform.mass
+    force = [Fraction(component) for component in result.question.external_force]
+    load = [mass * g + f for g, f in zip(robot.gravity, force, strict=True)]
+    # The recorded force is the nearest double: half a unit in its last place may be missing.
+    slop = [abs(f) / 2**52 for f in force]
+    wrench = [(f - s, f + s) for f, s in zip(load, slop, strict=True)] + [_point(0)] * 3
+    for i, cable in enumerate(robot.cables):
+        offset = [b - g for b, g in zip(cable.platform_anchor, robot.platform.centre_of_mass, strict=True)]
+        r = in_base(offset)
+        e = [
+            _add(_point(a), _negative(_add(p, x)))
+            for a, p, x in zip(cable.frame_anchor, centre, r, strict=True)
+        ]
+        distance, tension = _interval(solution.distances[i]), _interval(solution.tensions[i])
+        if distance[0] < 0 or not _meets(_norm_squared(e), _product(distance, distance)):
+            yield f"distances_m[{i}]: not the distance from the exit point"
+            return
+        length = _interval(result.lengths[i])
+        if cable.elasticity is not None and cable.elasticity.stiffness is not None:
+            stretch = _quotient(tension, _point(cable.elasticity.stiffness))
+        elif cable.elasticity is not None and cable.elasticity.axial_stiffness is not None:
+            stretch = _product(length, _quotient(tension, _point(cable.elasticity.axial_stiffness)))
+        else:
+            stretch = _point(0)
+        if solution.cable_states[i] is CableState.TAUT and not _meets(distance, _add(length, stretch)):
+            yield f"distances_m[{i}]: not the length of the taut cable"
+        if tension[0] == tension[1] == 0:
+            continue
+        if distance[0] == 0:
+            # The direction of a cable whose box touches its exit point is not bounded by this quotient.
+            return
+        pull = _quotient(tension, distance)
+        wrench = [
+            _add(total, _product(pull, part)) for total, part in zip(wrench, [*e, *_cross(r, e)], strict=True)
+        ]
+    axes = ("force x", "force y", "force z", "moment x", "moment y", "moment z")
+    for axis, total in zip(axes, wrench, strict=True):
+        if not _meets(total, _point(0)):
+            yield f"tensions_N: no equilibrium over the box ({axis})"
+
+
+def _height(solution: Solution, robot: Robot, centre: Sequence[Interval]) -> Iterator[str]:
+    # Up is opposite to gravity; h |g| = -g . centre is compared squared-free by clearing the norm.
+    along = _negative(_dot([_point(g) for g in robot.gravity], centre))
+    norm = Fraction(math.sqrt(sum(float(g) ** 2 for g in robot.gravity)))
+    reach = norm / 2**48
+    if not _meets(along, _product(_interval(solution.height), (norm - reach, norm + reach))):
+        yield "height_m: not the height of the centre of mass"
+
+
+def _interval(bounds: Bounds) -> Interval:
+    """Return the exact interval; an infinite bound becomes one no computation here reaches."""
+    lo, hi = (max(-1e300, min(1e300, float(x))) for x in bounds)
+    return Fraction(lo), Fraction(hi)
+
+
+def _point(value: Fraction | int) -> Interval:
+    return Fraction(value), Fraction(value)
+
+
+def _meets(a: Interval, b: Interval) -> bool:
+    return a[0] <= b[1] and b[0] <= a[1]
+
+
+def _add(a: Interval, b: Interval) -> Interval:
+    return a[0] + b[0], a[1] + b[1]
+
+
+def _negative(a: Interval) -> Interval:
+    return -a[1], -a[0]
+
+
+def _product(a: Interval, b: Interval) -> Interval:
+    ends = [x * y for x in a for y in b]
+    return min(ends), max(ends)
+
+
+def _quotient(a: Interval, b: Interval) -> Interval:
+    """Divide by an interval of positive numbers."""
+    return _product(a, (1 / b[1], 1 / b[0]))
+
+
+def _dot(a: Sequence[Interval], b: Sequence[Interval]) -> Interval:
+    total = _point(0)
+    for x, y in zip(a, b, strict=True):
+        total = _add(total, _product(x, y))
+    return total
+
+
+def _cross(a: Sequence[Interval], b: Sequence[Interval]) -> list[Interval]:
+    return [_add(_product(a[j], b[k]), _negative(_product(a[k], b[j]))) for j, k in ((1, 2), (2, 0), (0, 1))]
+
+
+def _norm_squared(e: Sequence[Interval]) -> Interval:
+    total = _point(0)
+    for lo, hi in e:
+        smallest = Fraction(0) if lo <= 0 <= hi else min(lo * lo, hi * hi)
+        total = _add(total, (smallest, max(lo * lo, hi * hi)))
+    return total

@@ -1,0 +1,324 @@
+"""Inverse kinematics: distances, cable lengths and tensions for a pose."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from cdpr_interval.errors import InputError, NotSupportedError
+from cdpr_interval.kernels.nonnegative import nonnegative_least_squares, smallest_nonnegative_solution
+from cdpr_interval.mechanics.orientation import (
+    quaternion_from_rotation,
+    rotation_from_quaternion,
+    rpy_from_rotation,
+)
+from cdpr_interval.mechanics.statics import StaticModel, static_model
+from cdpr_interval.robots.cable_robot import Robot
+from solvers.answers.inverse import IkQuestion, IkResult, Settling
+from solvers.answers.tool import this_tool
+from solvers.answers.verification import model_name
+from solvers.kinematics.settle import settle as settle_pose
+from solvers.questions.errors import InputErrors
+from solvers.questions.force import NO_LOAD, ZERO, read_force
+from solvers.questions.pose import Pose
+from solvers.questions.subset import read_subset
+
+Floats = NDArray[np.float64]
+
+SLACK_MARGIN = 0.05
+"""Default share by which cables outside the taut subset are longer than their distance."""
+WRENCH_TOLERANCE = 1e-6
+"""Default residual, as a share of the load, up to which a pose counts as static."""
+ORTHOGONAL = 1e-6
+"""How far R^T R of a given matrix may be from the identity."""
+
+
+def inverse_kinematics(
+    robot: Robot,
+    position: ArrayLike,
+    rotation: ArrayLike | None = None,
+    *,
+    quaternion: Sequence[float] | None = None,
+    taut: str | Iterable[str | int] | None = None,
+    slack_margin: float = SLACK_MARGIN,
+    settle: bool = False,
+    static: bool = False,
+    wrench_tolerance: float = WRENCH_TOLERANCE,
+    external_force: Sequence[Any] | None = None,
+) -> IkResult:
+    """Return distances, cable lengths and tensions at a pose, in plain floats.
+
+    Parameters
+    ----------
+    robot : Robot
+    position : (3,) array
+        Platform origin in the base frame, m.
+    rotation : (3, 3) array, optional
+        Platform to base; the default is the identity.
+    quaternion : (w, x, y, z), optional
+        Instead of ``rotation``; of any non-zero norm.
+    taut : iterable of str or int, optional
+        The cables that may carry tension (names or indices from 0); the default is all of them.
+    slack_margin : float
+        Every other cable is longer than its distance by this fraction.
+    settle : bool
+        First move to the nearest static pose of the taut cables.
+    static : bool
+        Recorded in the result: the caller wants a static pose or nothing.
+    wrench_tolerance : float
+        The pose counts as static when the residual force, and the residual moment divided by the
+        platform's radius, are at most this share of the load.
+    external_force : sequence of 3 numbers, optional
+        Constant force at the centre of mass in N, base axes, added to the weight.
+
+    Returns
+    -------
+    IkResult
+        The tensions are the non-negative ones of least norm when the pose is static, else those that
+        balance the load best.
+
+    Raises
+    ------
+    InputError
+        With one message per error.
+    NotSupportedError
+        For a robot with uncertain scalars.
+    """
+    errors = InputErrors()
+    pose = errors.read(_pose, position, rotation, quaternion)
+    answer = errors.read(
+        answer_pose,
+        robot,
+        pose,
+        taut=taut,
+        slack_margin=slack_margin,
+        settle=settle,
+        static=static,
+        wrench_tolerance=wrench_tolerance,
+        external_force=external_force,
+    )
+    errors.require_none()
+    assert answer is not None
+    return answer
+
+
+def answer_pose(
+    robot: Robot,
+    pose: Pose | None,
+    *,
+    taut: Any,
+    slack_margin: float,
+    settle: bool,
+    static: bool,
+    wrench_tolerance: float,
+    external_force: Any,
+    label: Callable[[str], str] = str,
+) -> IkResult | None:
+    """Return the answer at a pose; with ``pose`` None only check the other arguments.
+
+    Parameters
+    ----------
+    robot, pose, taut, slack_margin, settle, static, wrench_tolerance, external_force
+        As `inverse_kinematics`.
+    label : callable
+        From a parameter's name to what messages call it.
+
+    Raises
+    ------
+    InputError
+        With one message per rule that is broken.
+    NotSupportedError
+        For a robot with uncertain scalars.
+    """
+    errors = InputErrors()
+    subset = None if taut is None else errors.read(read_subset, taut, robot.cable_names, label("taut"))
+    force = ZERO if external_force is None else errors.read(read_force, external_force)
+    if not (math.isfinite(slack_margin) and slack_margin >= 0.0):
+        errors.add(f"{label('slack_margin')}: must not be negative, got {slack_margin!r}")
+    if not (math.isfinite(wrench_tolerance) and wrench_tolerance > 0.0):
+        errors.add(f"{label('wrench_tolerance')}: must be a positive number, got {wrench_tolerance!r}")
+    if pose is not None and robot.is_point_mass and np.abs(pose.rotation - np.eye(3)).max() > ORTHOGONAL:
+        errors.add(f"{label('pose')}: this robot is a point mass, which has no orientation")
+    model = static_model(robot, force or ZERO)
+    if not model.load.any():
+        errors.add(NO_LOAD)
+    errors.require_none()
+    if robot.uncertain:
+        places = ", ".join(scalar.path for scalar in robot.uncertain)
+        raise NotSupportedError(f"robot '{robot.name}': uncertain scalars are not supported yet: {places}")
+    if pose is None:
+        return None
+    assert force is not None
+    fx, fy, fz = (float(component) for component in force)
+    question = IkQuestion(
+        taut=None if subset is None else tuple(robot.cable_names[i] for i in subset),
+        slack_margin=slack_margin,
+        settle=settle,
+        static=static,
+        wrench_tolerance=wrench_tolerance,
+        external_force=(fx, fy, fz),
+        position=_triple(pose.position),
+        quaternion=quaternion_from_rotation(pose.rotation),
+    )
+    return _answer(robot, model, pose, subset, question)
+
+
+def _pose(
+    position: ArrayLike,
+    rotation: ArrayLike | None,
+    quaternion: Sequence[float] | None,
+) -> Pose:
+    """Return the pose, or raise `InputError` with all that is wrong with it."""
+    errors: list[str] = []
+    place = np.array(position, dtype=np.float64)
+    matrix = np.eye(3) if rotation is None else np.array(rotation, dtype=np.float64)
+    if place.shape != (3,) or not np.isfinite(place).all():
+        errors.append(f"position: must be 3 finite numbers, got {position!r}")
+    if quaternion is not None:
+        if rotation is not None:
+            errors.append("quaternion: not together with a rotation matrix")
+        elif len(quaternion) != 4 or not 0.0 < math.hypot(*quaternion) < math.inf:
+            errors.append(f"quaternion: must be 4 finite numbers, not all zero, got {quaternion!r}")
+        else:
+            matrix = rotation_from_quaternion(quaternion)
+    if matrix.shape != (3, 3) or not np.abs(matrix.T @ matrix - np.eye(3)).max() <= ORTHOGONAL:
+        errors.append("rotation: must be an orthogonal 3 x 3 matrix")
+    elif np.linalg.det(matrix) < 0.0:
+        errors.append("rotation: is a reflection, its determinant is -1")
+    if errors:
+        raise InputError(*errors)
+    return Pose(place, matrix)
+
+
+def _answer(
+    robot: Robot, model: StaticModel, given: Pose, subset: tuple[int, ...] | None, question: IkQuestion
+) -> IkResult:
+    taut = tuple(range(len(robot.cables))) if subset is None else subset
+    pose, settling = given, None
+    if question.settle:
+        settled = settle_pose(model, given, taut)
+        pose = settled.pose
+        settling = Settling(settled.is_static, settled.distance, settled.angle)
+    distances = model.distances(pose)
+    tensions, residual, is_static = _tensions(model, pose, taut, question.wrench_tolerance)
+    lengths, short = _lengths(robot, distances, tensions, taut, question.slack_margin)
+    needs_tensions = any(robot.cables[i].elasticity is not None for i in taut)
+    if short or (needs_tensions and not is_static):
+        lengths = None
+    moment = np.zeros(3) if model.is_point_mass else model.radius * residual[3:]
+    tool = this_tool()
+    rows = [_triple(row) for row in pose.rotation]
+    return IkResult(
+        tool=(tool.name, tool.version),
+        robot=(robot.name, robot.sha256),
+        model=model_name(robot),
+        cables=robot.cable_names,
+        question=question,
+        position=_triple(pose.position),
+        rotation=(rows[0], rows[1], rows[2]),
+        quaternion=quaternion_from_rotation(pose.rotation),
+        rpy=rpy_from_rotation(pose.rotation),
+        distances=tuple(distances.tolist()),
+        lengths=lengths,
+        tensions=tuple(tensions.tolist()),
+        is_static=is_static,
+        residual_force=_triple(residual[:3]),
+        residual_moment=_triple(moment),
+        settling=settling,
+        outside_tension_limits=_outside_limits(robot, tensions, taut),
+        message=_message(model, residual, is_static, settling, short, idle=_idle(model, tensions, taut)),
+    )
+
+
+def _tensions(
+    model: StaticModel, pose: Pose, taut: tuple[int, ...], tolerance: float
+) -> tuple[Floats, Floats, bool]:
+    """Return tensions (N,), the scaled residual wrench (N) and whether it is within the tolerance."""
+    size = float(np.linalg.norm(model.load))
+    columns = model.wrenches(pose)[:, taut]
+    load = model.load_wrench
+    tensions = np.zeros(len(model.names))
+    for solve in (smallest_nonnegative_solution, nonnegative_least_squares):
+        fitted = solve(columns, -load / size)
+        residual = size * (columns @ fitted) + load
+        is_static = _within(residual, tolerance * size)
+        if is_static:
+            break
+    tensions[list(taut)] = size * fitted
+    return tensions, residual, is_static
+
+
+def _within(residual: Floats, limit: float) -> bool:
+    parts = (residual[:3], residual[3:])
+    return all(float(np.linalg.norm(part)) <= limit for part in parts)
+
+
+def _lengths(
+    robot: Robot, distances: Floats, tensions: Floats, taut: tuple[int, ...], slack_margin: float
+) -> tuple[tuple[float, ...] | None, tuple[str, ...]]:
+    """Return the lengths and the cables that would need one that is not positive."""
+    lengths, short = [], []
+    for index, cable in enumerate(robot.cables):
+        distance, tension = float(distances[index]), float(tensions[index])
+        if index not in taut:
+            length = distance * (1.0 + slack_margin)
+        elif cable.elasticity is None:
+            length = distance
+        elif cable.elasticity.stiffness is not None:
+            length = distance - tension / float(cable.elasticity.stiffness)
+        else:
+            assert cable.elasticity.axial_stiffness is not None
+            length = distance / (1.0 + tension / float(cable.elasticity.axial_stiffness))
+        if not length > 0.0:
+            short.append(cable.name)
+        lengths.append(length)
+    return tuple(lengths), tuple(short)
+
+
+def _outside_limits(robot: Robot, tensions: Floats, taut: tuple[int, ...]) -> tuple[str, ...]:
+    outside = []
+    for index in taut:
+        limits = robot.cables[index].tension_limits
+        if limits is not None and not float(limits[0]) <= tensions[index] <= float(limits[1]):
+            outside.append(robot.cables[index].name)
+    return tuple(outside)
+
+
+def _idle(model: StaticModel, tensions: Floats, taut: tuple[int, ...]) -> tuple[str, ...]:
+    """Return the taut cables that carry nothing."""
+    return tuple(model.names[i] for i in taut if tensions[i] <= 1e-9 * float(np.linalg.norm(model.load)))
+
+
+def _message(
+    model: StaticModel,
+    residual: Floats,
+    is_static: bool,
+    settling: Settling | None,
+    short: tuple[str, ...],
+    idle: tuple[str, ...],
+) -> str:
+    """Return one sentence that says whether the pose is static and what was done to it."""
+    force = float(np.linalg.norm(residual[:3]))
+    moment = 0.0 if model.is_point_mass else model.radius * float(np.linalg.norm(residual[3:]))
+    if is_static:
+        text = "the pose is static"
+    else:
+        text = f"the pose is not static: {force:.3g} N and {moment:.3g} N m are not balanced"
+    if settling is not None and settling.succeeded:
+        text += f"; moved by {settling.distance:.3g} m and {math.degrees(settling.angle):.3g} deg"
+    elif settling is not None:
+        text += "; no static pose of these cables was found near it"
+    if is_static and idle:
+        text += f"; without tension: {', '.join(idle)}"
+    if short:
+        text += f"; the stretch exceeds the distance: {', '.join(short)}"
+    return text
+
+
+def _triple(values: Floats) -> tuple[float, float, float]:
+    x, y, z = (float(value) + 0.0 for value in values)
+    return x, y, z

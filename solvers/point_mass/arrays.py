@@ -1,0 +1,253 @@
+"""A point-mass robot and its lengths as the arrays of the compiled kernels.
+
+Exact rationals enter as the tightest doubles around them. Positions are relative to the first exit
+point (subtracted exactly), lengths and forces in units that are powers of two near the robot's own size,
+so that huge and tiny robots meet the same numbers.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cdpr_interval.errors import InputError, NotSupportedError
+from cdpr_interval.exact.enclosure import enclose
+from cdpr_interval.robots.cable_robot import Robot, Vector
+from solvers.answers.result import Bounds
+from solvers.questions.problem import LengthRange, Problem
+
+MOST_KEPT = 8
+"""Robots whose arrays are kept: a controller asks about one or a few robots again and again."""
+NO_LOAD = "load: the weight and the external force cancel; without a load the pose is not determined"
+
+
+Cables = tuple[NDArray[np.bool_], Bounds, Bounds, Bounds, Bounds]
+"""``(elastic, anchors, lengths, k, w)``: what the kernels know of the cables, (lo, hi) on the last axis. (N,)
+flags; (N, 3, 2) exit points relative to A_0; (N, 2) lengths, spring constants k and products w = k l."""
+
+
+@dataclass(frozen=True, eq=False)
+class RobotArrays:
+    """The part of the arrays that depends on the robot and the load only."""
+
+    robot: Robot
+    load_exact: Vector
+    """f in N."""
+    origin: Vector
+    """A_0 in m, from which the kernels measure; also of a robot that is some of the cables of another."""
+    elastic: NDArray[np.bool_]
+    constant: NDArray[np.bool_]
+    """(N,) True where the spring constant is given, False where EA is."""
+    anchors: Bounds
+    given: Bounds
+    """(N, 2) spring constant or EA, in the kernels' units."""
+    load: Bounds
+    """(3, 2) f in units of force."""
+    frame: Bounds
+    """(9, 2), see `solvers.point_mass.fields.report`."""
+
+    @property
+    def is_elastic(self) -> bool:
+        """True when the cables stretch; they do all or none."""
+        return self.robot.cables[0].elasticity is not None
+
+
+def power_of_two(size: Fraction | float) -> float:
+    """Return a power of two near a positive number, within the range where squares do not overflow."""
+    if size <= 0:
+        return 1.0
+    if isinstance(size, Fraction):
+        exponent = size.numerator.bit_length() - size.denominator.bit_length()
+    else:
+        exponent = math.frexp(size)[1]
+    return math.ldexp(1.0, max(-400, min(400, exponent)))
+
+
+def _bounds(numbers: Iterable[Fraction]) -> Bounds:
+    return np.array([enclose(x) for x in numbers], dtype=np.float64)
+
+
+def _root(x: Fraction) -> tuple[Fraction, Fraction]:
+    """Enclose the square root of a positive rational to about 80 bits."""
+    shift = max(0, 160 - x.numerator.bit_length() + x.denominator.bit_length())
+    shift += shift % 2
+    scaled = (x.numerator << shift) // x.denominator
+    low = math.isqrt(scaled)
+    unit = Fraction(1, 1 << (shift // 2))
+    return low * unit, (low + 1) * unit
+
+
+@lru_cache(maxsize=MOST_KEPT)
+def up_direction(gravity: Vector) -> tuple[tuple[Fraction, Fraction], ...]:
+    """Enclose the unit vector against gravity, exact ranges."""
+    lo, hi = _root(sum((g * g for g in gravity), Fraction(0)))
+    return tuple((min(-g / lo, -g / hi), max(-g / lo, -g / hi)) for g in gravity)
+
+
+@lru_cache(maxsize=MOST_KEPT)
+def _frame(origin: Vector, centre: Vector, gravity: Vector, unit: float, force_unit: float) -> Bounds:
+    up = up_direction(gravity)
+    height_lo = sum((min(u[0] * a, u[1] * a) for u, a in zip(up, origin, strict=True)), Fraction(0))
+    height_hi = sum((max(u[0] * a, u[1] * a) for u, a in zip(up, origin, strict=True)), Fraction(0))
+    rows = [(unit, unit), (force_unit, force_unit)]
+    rows += [enclose(a - c) for a, c in zip(origin, centre, strict=True)]
+    rows += [(enclose(lo)[0], enclose(hi)[1]) for lo, hi in (*up, (height_lo, height_hi))]
+    return np.array(rows, dtype=np.float64)
+
+
+def build_arrays(robot: Robot, load: Vector) -> RobotArrays:
+    """Return the arrays of a robot under the force ``load`` (N, base axes).
+
+    Raises
+    ------
+    InputError
+        The load is zero.
+    NotSupportedError
+        Some cables stretch and others do not.
+    """
+    if not any(load):
+        raise InputError(NO_LOAD)
+    if robot.is_mixed:
+        raise NotSupportedError("elastic and inextensible cables in one robot are not supported yet")
+    origin = robot.cables[0].frame_anchor
+    unit, anchors = _anchors(tuple(cable.frame_anchor for cable in robot.cables))
+    force_unit = _force_unit(load)
+    return RobotArrays(
+        robot=robot,
+        load_exact=load,
+        origin=origin,
+        elastic=np.array([cable.elasticity is not None for cable in robot.cables]),
+        constant=np.array(
+            [c.elasticity is not None and c.elasticity.stiffness is not None for c in robot.cables]
+        ),
+        anchors=anchors,
+        given=_given(robot, Fraction(unit), Fraction(force_unit)),
+        load=_load_bounds(load, force_unit),
+        frame=_frame(origin, robot.platform.centre_of_mass, robot.gravity, unit, force_unit),
+    )
+
+
+@lru_cache(maxsize=MOST_KEPT)
+def _anchors(anchors: tuple[Vector, ...]) -> tuple[float, Bounds]:
+    """Return the unit of length, and the exit points (N, 3, 2) in it relative to the first.
+
+    Kept, like all of a robot that does not depend on its springs: a batch asks for thousands of robots that
+    differ in nothing else.
+    """
+    relative = [x - o for anchor in anchors for x, o in zip(anchor, anchors[0], strict=True)]
+    unit = power_of_two(max(abs(x) for x in relative))
+    exact = Fraction(unit)
+    return unit, _bounds(x / exact for x in relative).reshape(-1, 3, 2)
+
+
+@lru_cache(maxsize=MOST_KEPT)
+def _force_unit(load: Vector) -> float:
+    return power_of_two(max(abs(x) for x in load))
+
+
+@lru_cache(maxsize=MOST_KEPT)
+def _load_bounds(load: Vector, force_unit: float) -> Bounds:
+    unit = Fraction(force_unit)
+    return _bounds(x / unit for x in load)
+
+
+def _given(robot: Robot, unit: Fraction, force_unit: Fraction) -> Bounds:
+    """Enclose spring constants or EA (N, 2) in the kernels' units; zero where a cable does not stretch."""
+    given = []
+    for cable in robot.cables:
+        if cable.elasticity is None:
+            given.append(Fraction(0))
+        elif cable.elasticity.stiffness is not None:
+            given.append(cable.elasticity.stiffness * unit / force_unit)
+        else:
+            assert cable.elasticity.axial_stiffness is not None
+            given.append(cable.elasticity.axial_stiffness / force_unit)
+    return _bounds(given)
+
+
+def with_load(arrays: RobotArrays, load: Vector) -> RobotArrays:
+    """Return the arrays of the same robot under another force, equal to those `build_arrays` returns.
+
+    Raises
+    ------
+    InputError
+        The load is zero.
+    """
+    if not any(load):
+        raise InputError(NO_LOAD)
+    unit, force_unit = float(arrays.frame[0, 0]), _force_unit(load)
+    bounds = _load_bounds(load, force_unit)
+    if force_unit == arrays.frame[1, 0]:
+        return replace(arrays, load_exact=load, load=bounds)
+    frame = arrays.frame.copy()
+    frame[1] = force_unit
+    given = _given(arrays.robot, Fraction(unit), Fraction(force_unit))
+    return replace(arrays, load_exact=load, load=bounds, given=given, frame=frame)
+
+
+_kept: tuple[tuple[Robot, Vector, RobotArrays], ...] = ()
+"""The latest first. Never changed in place: threads replace it, and the worst a race loses is an entry."""
+
+
+def robot_arrays(problem: Problem) -> RobotArrays:
+    """Return the arrays of a problem's robot and load, kept from an earlier call for the same robot.
+
+    Raises
+    ------
+    InputError
+        The load is zero.
+    NotSupportedError
+        Some cables stretch and others do not.
+    """
+    global _kept
+    robot, force = problem.robot, problem.external_force
+    found = next((entry for entry in _kept if entry[0] is robot), None)
+    if found is not None and (found[1] is force or found[1] == force):
+        return found[2]
+    load = problem.load
+    arrays = build_arrays(robot, load) if found is None else with_load(found[2], load)
+    others = tuple(entry for entry in _kept if entry[0] is not robot)
+    _kept = ((robot, force, arrays), *others[: MOST_KEPT - 1])
+    return arrays
+
+
+def ranged(lengths: Bounds) -> NDArray[np.bool_]:
+    """Return which lengths (N, 2) are more uncertain than a decimal read as a double."""
+    return np.asarray(lengths[:, 1] - lengths[:, 0] > 1e-14 * lengths[:, 1])
+
+
+def is_range(lengths: Bounds) -> bool:
+    """Return True when some length (N, 2) is more uncertain than a decimal read as a double."""
+    return bool(ranged(lengths).any())
+
+
+def length_bounds(lengths: Iterable[LengthRange]) -> Bounds:
+    """Return the tightest doubles around exact ranges, (N, 2)."""
+    rows = []
+    for lo, hi in lengths:
+        below = enclose(lo)
+        rows.append(below if lo is hi else (below[0], enclose(hi)[1]))
+    return np.array(rows, dtype=np.float64)
+
+
+def exact_lengths(problem: Problem, chosen: Sequence[int] | None = None) -> list[Fraction] | None:
+    """Return the lengths in m of some cables (default: all) exactly; None where one of them is a range."""
+    return exact_ends(problem.lengths if chosen is None else [problem.lengths[i] for i in chosen])
+
+
+def exact_ends(ranges: Sequence[LengthRange]) -> list[Fraction] | None:
+    """Return lengths in m that are no ranges; None where one of them is."""
+    return [lo for lo, _ in ranges] if all(lo == hi for lo, hi in ranges) else None
+
+
+def select(cables: Cables, chosen: Sequence[int]) -> Cables:
+    """Return the arrays of some of the cables."""
+    index = np.array(chosen, dtype=np.int64)
+    elastic, anchors, lengths, stiffness, axial = cables
+    return elastic[index], anchors[index], lengths[index], stiffness[index], axial[index]

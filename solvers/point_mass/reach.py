@@ -1,0 +1,56 @@
+"""Where the pose of a point mass may be when it is not proved: a box around the common points of all balls.
+
+With weights w >= 0 of sum 1, c = sum w_i A_i, a common point has |p - c|^2 <= sum w_i (l_i^2 - |c - A_i|^2).
+Then each ball cuts the box to the points to which the other two coordinates leave room in it. Where all exits
+and the load lie in a plane across an axis, a static pose does: p is a mean of the A_i plus a share of f.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from solvers.answers.result import Bounds
+from solvers.point_mass.arrays import RobotArrays
+from solvers.point_mass.emptiness import deepest_point
+
+SHAVINGS = 20
+"""Times that all balls cut the box."""
+MARGIN = 1e-12
+"""By which every bound is moved outwards, relative to the robot's size: rounding is some 1e-15."""
+
+
+def reachable(arrays: RobotArrays, lengths: Bounds) -> Bounds:
+    """Return a box (3, 2) in m around the platform origins that all cables reach and where a pose may be."""
+    unit = arrays.frame[0, 0]
+    anchors, longest = arrays.anchors.mean(axis=-1), lengths[:, 1] / unit
+    margin = MARGIN * float(np.abs(anchors).max() + longest.max())
+    with np.errstate(all="ignore"):
+        box = _within_radii(anchors, longest, margin)
+        for j in range(3):
+            if arrays.load_exact[j] == 0 and not arrays.anchors[:, j].any():
+                # The exit points are measured from the first one: all are in the plane through it.
+                box[:, j] = -margin, margin
+        for _ in range(SHAVINGS):
+            for anchor, size in zip(anchors, longest, strict=True):
+                nearest = (np.clip(anchor, box[0], box[1]) - anchor) ** 2
+                room = np.sqrt(np.maximum(size**2 - (nearest.sum() - nearest), 0.0)) + margin
+                box = _cut(box, anchor - room, anchor + room)
+        return np.asarray(box.T * unit + arrays.frame[2:5])
+
+
+def _within_radii(anchors: Bounds, longest: Bounds, margin: float) -> Bounds:
+    """Return a box (2, 3), lows and highs, around the common points: of all balls, and of a small one."""
+    box = np.array([(anchors - longest[:, None]).max(axis=0), (anchors + longest[:, None]).min(axis=0)])
+    box = np.array([box.min(axis=0) - margin, box.max(axis=0) + margin])
+    weights, _ = deepest_point(anchors, longest)
+    few, shares = list(weights), np.array(list(weights.values())) / sum(weights.values())
+    centre = shares @ anchors[few]
+    left = shares @ (longest[few] ** 2 - ((anchors[few] - centre) ** 2).sum(axis=1))
+    radius = np.sqrt(max(left, 0.0) + margin * longest.max()) + margin
+    return _cut(box, centre - radius, centre + radius)
+
+
+def _cut(box: Bounds, low: Bounds, high: Bounds) -> Bounds:
+    """Return what of a box is in another one; the box where that is nothing, or no numbers."""
+    part = np.array([np.maximum(box[0], low), np.minimum(box[1], high)])
+    return part if bool((part[0] <= part[1]).all()) else box

@@ -1,0 +1,1 @@
+"""Certificates: what is written for the independent checker, and how it is asked."""

@@ -1,0 +1,203 @@
+"""The certificate of a result: whether it is about this very one, and what the independent checker says."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+from flint import fmpq
+
+from cdpr_interval.exact.enclosure import enclose
+from cdpr_interval.robots.cable_robot import Robot, Vector
+from certificates.checker import check
+from certificates.container import unpack
+from certificates.problem import Listed, Problem, read_problem, read_solutions
+from certificates.verdicts import Malformed, Verdict
+from solvers.answers.result import Result, Solution
+from solvers.proofs.document import robot_document
+from solvers.proofs.point import written_states
+from solvers.questions.force import ZERO
+from solvers.questions.problem import LengthRange
+
+Json = dict[str, Any]
+Bounds = Sequence[tuple[float, float]]
+
+
+REFUSED = (Verdict.NOT_PROVED, Verdict.MALFORMED)
+
+
+@dataclass(frozen=True)
+class Proof:
+    """What is known of a result by its certificate."""
+
+    verdict: Verdict
+    is_complete: bool
+    """With PROVED: the result's poses are all there are."""
+    message: str
+
+    @property
+    def name(self) -> str:
+        """The verdict as it is printed."""
+        is_partial = self.verdict is Verdict.PROVED and not self.is_complete
+        return f"{self.verdict}{' (partial)' if is_partial else ''}"
+
+    @property
+    def is_refused(self) -> bool:
+        """Whether the checker says no."""
+        return self.verdict in REFUSED
+
+    def __str__(self) -> str:
+        return f"{self.name}: {self.message}"
+
+
+@dataclass(frozen=True)
+class Asked:
+    """A question that a certificate is to be about."""
+
+    lengths: Sequence[LengthRange] | None = None
+    """None: whatever lengths."""
+    external_force: Vector = ZERO
+    """The verdict does not speak of it: none is meant where none is given."""
+    taut: tuple[int, ...] | None = None
+    """None: whatever subset, which the verdict names; so it does what is ignored."""
+    ignore_slack: bool = False
+    ignore_tension_sign: bool = False
+
+
+def proof_of(robot: Robot, result: Result, content: bytes, time_limit: float | None = None) -> Proof:
+    """Check a certificate, and that it is about a result.
+
+    Parameters
+    ----------
+    robot : Robot
+        Of the result.
+    result : Result
+    content : bytes
+        Of the certificate file.
+    time_limit : float, optional
+        s; a certificate that takes longer is out of time.
+
+    Returns
+    -------
+    Proof
+        NOT PROVED also where the certificate has another question than the result, or other poses.
+
+    Guarantee
+    ---------
+    PROVED and complete: the question of the result has exactly the poses of the certificate, and each box
+    of the result lies in the box of one of them, a different one for each.
+    """
+    try:
+        differing = difference(robot, result, content)
+    except Malformed as error:
+        return Proof(Verdict.MALFORMED, False, str(error))
+    if differing:
+        return Proof(Verdict.NOT_PROVED, False, f"the certificate is not of this result: {differing}")
+    report = check(content, time_limit=time_limit)
+    return Proof(report.verdict, report.complete, report.message)
+
+
+def difference(robot: Robot, result: Result, content: bytes) -> str:
+    """Return in what a certificate differs from a result; empty when it does not. Nothing is checked.
+
+    Raises
+    ------
+    Malformed
+        The content is no certificate.
+    """
+    document = unpack(content)
+    problem = read_problem(document)
+    asked = result.question
+    found = _differing(
+        {
+            "robot": (_with_robot(document, robot), problem),
+            "lengths": ([_around(*pair) for pair in problem.lengths], result.lengths.tolist()),
+            "external force": ([float(x) for x in _forces(document)], list(asked.external_force)),
+            "subset": (problem.taut, asked.taut),
+            "--ignore-slack": (problem.ignore_slack, asked.ignore_slack),
+            "--ignore-tension-sign": (problem.ignore_tension_sign, asked.ignore_tension_sign),
+        }
+    )
+    return found or _missing(
+        result.solutions, read_solutions(document, problem), len(document["not_certified"])
+    )
+
+
+def other_question(content: bytes, limit: int, robot: Robot, asked: Asked) -> str:
+    """Return in what a certificate differs from a question for a robot; empty when it does not.
+
+    Raises
+    ------
+    Malformed
+        The content is no certificate.
+    """
+    document = unpack(content, limit)
+    problem = read_problem(document)
+    lengths = [(_fraction(lo), _fraction(hi)) for lo, hi in problem.lengths]
+    return _differing(
+        {
+            "robot": (_with_robot(document, robot), problem),
+            "lengths": (lengths, lengths if asked.lengths is None else list(asked.lengths)),
+            "external force": (_forces(document), list(asked.external_force)),
+            "subset": (problem.taut, problem.taut if asked.taut is None else asked.taut),
+            "--ignore-slack": (problem.ignore_slack or not asked.ignore_slack, True),
+            "--ignore-tension-sign": (problem.ignore_tension_sign or not asked.ignore_tension_sign, True),
+        }
+    )
+
+
+def _differing(pairs: dict[str, tuple[Any, Any]]) -> str:
+    """Return the first pair of two that are not equal."""
+    for what, (one, other) in pairs.items():
+        if one != other:
+            return f"its {what} differ{'' if what == 'lengths' else 's'}"
+    return ""
+
+
+def _with_robot(document: Json, robot: Robot) -> Problem | None:
+    """Return the question of a document for another robot; None when it does not fit."""
+    try:
+        return read_problem({**document, "robot": robot_document(robot)})
+    except Malformed:
+        return None
+
+
+def _around(lo: fmpq, hi: fmpq) -> list[float]:
+    """Return the tightest doubles around exact lengths."""
+    return [enclose(_fraction(lo))[0], enclose(_fraction(hi))[1]]
+
+
+def _fraction(x: fmpq) -> Fraction:
+    return Fraction(int(x.p), int(x.q))
+
+
+def _forces(document: Json) -> list[Fraction]:
+    return [Fraction(text) for text in document["external_force_N"]]
+
+
+def _missing(solutions: Sequence[Solution], listed: Sequence[Listed], left_out: int) -> str:
+    """Return what is wrong unless each solution is another listed one, those left out excepted."""
+    free = list(range(len(listed)))
+    unknown = 0
+    for solution in solutions:
+        found = next((k for k in free if _holds(listed[k], solution)), None)
+        if found is None:
+            unknown += 1
+        else:
+            free.remove(found)
+    if unknown > left_out:
+        return f"{unknown - left_out} of its poses are others"
+    return f"it has {len(free)} more poses" if free else ""
+
+
+def _holds(listed: Listed, solution: Solution) -> bool:
+    """Return whether the box of a listed solution holds that of a solution, and their cables agree."""
+    if listed.taut != solution.taut or listed.states != written_states(solution):
+        return False
+    return all(
+        np.all(np.array(outer)[..., 0] <= inner[..., 0]) and np.all(inner[..., 1] <= np.array(outer)[..., 1])
+        for outer, inner in ((listed.position, solution.position), (listed.rotation, solution.rotation))
+    )

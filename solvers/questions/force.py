@@ -1,0 +1,33 @@
+"""The constant external force at the centre of mass, as a user gives it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from fractions import Fraction
+from typing import Any
+
+from cdpr_interval.errors import InputError
+from cdpr_interval.robots.cable_robot import Vector
+from solvers.questions.number import exact_number
+
+ZERO: Vector = (Fraction(0), Fraction(0), Fraction(0))
+NO_LOAD = "the weight and the external force cancel; without a load there are no statics"
+
+
+def read_force(given: Sequence[Any], label: str = "external_force") -> Vector:
+    """Return an exact force in N; `InputError` names every entry that is no number."""
+    if not isinstance(given, Iterable):
+        raise InputError(f"{label}: must hold 3 numbers, got {given!r}")
+    values = [part.strip() for part in given.split(",")] if isinstance(given, str) else list(given)
+    if len(values) != 3:
+        raise InputError(f"{label}: must hold 3 numbers, got {len(values)}")
+    errors, numbers = [], []
+    for index, value in enumerate(values):
+        try:
+            numbers.append(exact_number(value))
+        except ValueError as error:
+            errors.append(f"{label}[{index}]: {error}")
+    if errors:
+        raise InputError(*errors)
+    x, y, z = numbers
+    return x, y, z

@@ -1,0 +1,171 @@
+"""Cable lengths as a user writes them, turned into exact ranges in file order.
+
+A length is a number (``2.69``), a number with a tolerance (``2.69+-0.01``), a range (``2.68..2.70`` or
+``[2.68,2.70]``), each the exact decimal that is written; from Python also a float (that exact double),
+an int, a `Decimal` or `Fraction` (exact), or a pair (lo, hi) of these.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Mapping, Sequence
+from fractions import Fraction
+from typing import Any
+
+from cdpr_interval.errors import InputError
+from cdpr_interval.files.document import suggestion
+from cdpr_interval.files.literal import quote, read_number
+from solvers.questions.number import exact_number
+from solvers.questions.problem import LengthRange
+
+_NAMED = re.compile(r"([A-Za-z_][A-Za-z0-9_.-]*)\s*=(.*)", re.DOTALL)
+_COMMA_OUTSIDE_BRACKETS = re.compile(r",(?![^\[\]]*\])")
+
+
+def read_lengths(given: Any, names: Sequence[str], label: str = "lengths") -> tuple[LengthRange, ...]:
+    """Return one exact range per cable, in file order.
+
+    Parameters
+    ----------
+    given : str, sequence or mapping
+        Text as after ``--lengths`` (``2.69,3.90`` or ``c1=2.69,c2=3.90``), a sequence in file order, or
+        a mapping from cable name to length, m.
+    names : sequence of str
+        The robot's cables, file order.
+    label : str
+        What messages call the argument.
+
+    Returns
+    -------
+    tuple of (Fraction, Fraction)
+        (lo, hi) in m with 0 < lo <= hi.
+
+    Raises
+    ------
+    InputError
+        One message per entry that is wrong, ``--lengths[2]: 'abc' is not a number``.
+    """
+    errors: list[str] = []
+    entries = split_entries(given, names, label, errors)
+    ranges = []
+    for place, value in entries:
+        try:
+            ranges.append(read_length(value))
+        except ValueError as error:
+            errors.append(f"{place}: {error}")
+    if errors:
+        raise InputError(*errors)
+    return tuple(ranges)
+
+
+def split_entries(given: Any, names: Sequence[str], label: str, errors: list[str]) -> list[tuple[str, Any]]:
+    """Return (place for messages, value) for each cable in file order, noting in ``errors`` what is amiss.
+
+    Where the entries do not match the cables, those that were found are returned, so that their own
+    errors can be reported too.
+    """
+    if isinstance(given, str):
+        parts = [part.strip() for part in _COMMA_OUTSIDE_BRACKETS.split(given)]
+        pairs = [_NAMED.fullmatch(part) for part in parts]
+        if not any(pairs):
+            return _listed(parts, names, label, errors)
+        named = []
+        for index, (part, pair) in enumerate(zip(parts, pairs, strict=True)):
+            if pair is None:
+                errors.append(f"{label}[{index}]: {quote(part)} has no name although others have")
+            else:
+                named.append((pair[1], pair[2].strip()))
+        return match_names(named, names, label, errors)
+    if isinstance(given, Mapping):
+        return match_names(given.items(), names, label, errors)
+    try:
+        listed = list(given)
+    except TypeError:
+        errors.append(f"{label}: must be a list with one length per cable, got {given!r}")
+        return []
+    return _listed(listed, names, label, errors)
+
+
+def _listed(
+    values: Sequence[Any], names: Sequence[str], label: str, errors: list[str]
+) -> list[tuple[str, Any]]:
+    if len(values) != len(names):
+        given = f"{len(values)} length" + ("s" if len(values) != 1 else "")
+        errors.append(f"{label}: {given} for {len(names)} cables ({', '.join(names)})")
+    return [(f"{label}[{index}]", value) for index, value in enumerate(values)]
+
+
+def match_names(
+    named: Iterable[tuple[Any, Any]], names: Sequence[str], label: str, errors: list[str]
+) -> list[tuple[str, Any]]:
+    """Return (place, value) in file order, noting unknown, repeated and missing names in ``errors``."""
+    found: dict[str, Any] = {}
+    for name, value in named:
+        if name not in names:
+            hint = suggestion(str(name), names)
+            errors.append(f"{label}: unknown cable {quote(str(name))}{hint}")
+        elif name in found:
+            errors.append(f"{label}: cable {quote(name)} is given twice")
+        else:
+            found[name] = value
+    missing = [name for name in names if name not in found]
+    if missing:
+        errors.append(f"{label}: no length for {', '.join(missing)}")
+    return [(f"{label}[{name}]", found[name]) for name in names if name in found]
+
+
+def read_length(value: Any) -> LengthRange:
+    """Return the exact range of one length.
+
+    Raises
+    ------
+    ValueError
+        With the rule and the actual value.
+    """
+    if isinstance(value, str):
+        lo, hi = _read_text(value.strip())
+    elif (ends := _pair(value)) is not None:
+        lo, hi = exact_number(ends[0]), exact_number(ends[1])
+    else:
+        lo = hi = exact_number(value)
+    if lo > hi:
+        raise ValueError(f"the lower bound {_show(lo)} is above the upper bound {_show(hi)}")
+    if lo <= 0:
+        part = "" if lo == hi else " over its whole range"
+        raise ValueError(f"must be positive{part}, got {_show(lo)}")
+    return lo, hi
+
+
+def _read_text(text: str) -> LengthRange:
+    if text.startswith("[") and text.endswith("]"):
+        ends = text[1:-1].split(",")
+        if len(ends) != 2:
+            raise ValueError(f"{quote(text)} is not a range [lo,hi]")
+        return read_number(ends[0].strip()), read_number(ends[1].strip())
+    for mark in ("+-", "±"):
+        if mark in text:
+            centre, _, tolerance = text.partition(mark)
+            middle, radius = read_number(centre.strip()), read_number(tolerance.strip())
+            if radius < 0:
+                raise ValueError(f"the tolerance of {quote(text)} is negative")
+            return middle - radius, middle + radius
+    if ".." in text:
+        lower, _, upper = text.partition("..")
+        return read_number(lower.strip()), read_number(upper.strip())
+    value = read_number(text)
+    return value, value
+
+
+def _pair(value: Any) -> Sequence[Any] | None:
+    """Return the two ends when the value is a list, tuple or array; None for a single number."""
+    if isinstance(value, Mapping) or not hasattr(value, "__len__"):
+        return None
+    if len(value) != 2:
+        raise ValueError(f"must be a number or a pair (lo, hi), got {value!r}")
+    ends: Sequence[Any] = value
+    return ends
+
+
+def _show(value: Fraction) -> str:
+    """Return a short decimal for messages."""
+    return repr(int(value)) if value.denominator == 1 and abs(value) < 10**15 else repr(float(value))

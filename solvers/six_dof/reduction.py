@@ -1,0 +1,236 @@
+"""The frames and arrays in which a subset of taut cables is searched, family or not."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from functools import lru_cache
+
+import numpy as np
+from flint import arb_mat
+from numpy.typing import NDArray
+
+from cdpr_interval.exact import balls
+from cdpr_interval.mechanics.six_dof.arrays import Model, Range, RangeVector, build_model
+from cdpr_interval.mechanics.six_dof.families import Classification, Kind, cross, is_zero, minus
+from cdpr_interval.mechanics.six_dof.frame import Frame, upward
+from cdpr_interval.robots.cable_robot import Vector
+from solvers.questions.problem import Options, Problem
+from solvers.six_dof.prepared import Lengths, Prepared, kind_of
+from solvers.six_dof.roots import ABOUT_ROD, ABOUT_VERTICAL, GENERAL, GEOMETRY, PLANAR, Reduction
+from solvers.six_dof.subset_search import SubsetSearch
+from solvers.six_dof.units import METRES, Units, cells_in_metres, in_units, root_in_metres, units_of
+
+TEMPLATES = 512
+"""Most searches kept without their lengths; a model of eight cables takes about 20 kB."""
+
+
+@dataclass(frozen=True, eq=False)
+class Reduced:
+    """One search that together with its mirror image covers a taut subset."""
+
+    frame: Frame
+    model: Model
+    reduction: Reduction
+    units: Units = METRES
+    """Of the model."""
+
+    def in_metres(self, search: SubsetSearch) -> Reduced:
+        """Bring what a search of the model found to m and N; return the model in these."""
+        if not self.units:
+            return self
+        search.roots = [root_in_metres(root, self.units) for root in search.roots]
+        search.undecided_position = cells_in_metres(search.undecided_position, self.units)
+        model = in_units(self.model, self.units.inverse)
+        assert model is not None  # it came from there
+        return replace(self, model=model, units=METRES)
+
+
+@dataclass(frozen=True, eq=False)
+class Template:
+    """A search before the lengths are known."""
+
+    cables: NDArray[np.int64]
+    """The model's cables: the taut ones, then those whose slackness is looked at."""
+    reduced: Reduced
+    """Its model has lengths of 1 and is in m and N; its units are those to search in."""
+
+    def with_lengths(self, lengths: Lengths) -> Reduced:
+        """Return the search for these lengths, in units near the platform's size where that is exact."""
+        model = self.reduced.model._replace(
+            lengths=lengths.bounds[self.cables],
+            lengths_sq=lengths.squares[self.cables],
+            lengths_sq_err=lengths.squares_err[self.cables],
+        )
+        units = self.reduced.units
+        moved = in_units(model, units) if units else None
+        if moved is None:
+            return Reduced(self.reduced.frame, model, self.reduced.reduction)
+        return Reduced(self.reduced.frame, moved, self.reduced.reduction, units)
+
+
+def reduced_problems(
+    robot: Prepared, lengths: Lengths, options: Options, taut: tuple[int, ...]
+) -> list[Reduced]:
+    """Return the searches whose roots are all poses of the subset (modulo its family)."""
+    found = templates(robot, taut, not options.ignore_tension_sign, not options.ignore_slack)
+    return [template.with_lengths(lengths) for template in found]
+
+
+@lru_cache(maxsize=TEMPLATES)
+def templates(robot: Prepared, taut: tuple[int, ...], statics: bool, slack: bool) -> tuple[Template, ...]:
+    """Return a subset's searches without the lengths."""
+    problem, kind = robot.problem, kind_of(robot, taut)
+    family = kind.vertical or kind.rod
+    others = () if family else tuple(i for i in range(len(problem.robot.cables)) if i not in taut)
+    cables = np.array((*taut, *others), dtype=np.int64)
+    slack = slack and not family
+    with balls.precision():
+        if kind.kind is Kind.PLANE:
+            found = plane_problems(problem, taut, kind, others, slack)
+        else:
+            found = [space_problem(problem, taut, kind, others, statics, slack)]
+    return tuple(Template(cables, replace(r, units=units_of(r.model))) for r in found)
+
+
+def unit_lengths(count: int) -> list[Range]:
+    """Return stand-ins for the lengths of a template's cables."""
+    return [Range.exact(1)] * count
+
+
+def space_problem(
+    problem: Problem,
+    taut: tuple[int, ...],
+    kind: Classification,
+    others: tuple[int, ...],
+    statics: bool,
+    slack: bool,
+) -> Reduced:
+    """Return the search of a subset that lies in no plane."""
+    if kind.kind is Kind.ABOUT_VERTICAL:
+        frame, reduction = vertical_frame(problem, taut), ABOUT_VERTICAL
+    elif kind.kind is Kind.ABOUT_ROD:
+        frame, reduction = rod_frame(problem, taut), ABOUT_ROD
+    else:
+        frame = Frame.plain()
+        reduction = GEOMETRY if len(taut) == 6 else GENERAL
+    points = [frame.point(problem.anchors_from_centre[i]) for i in (*taut, *others)]
+    if kind.kind is Kind.ABOUT_ROD:
+        points = [on_axis(p, 2) for p in points]
+    load = frame.force(problem.load)
+    anchors = [frame.anchor(problem.robot.cables[i].frame_anchor) for i in (*taut, *others)]
+    if kind.kind is Kind.ABOUT_VERTICAL:
+        load, anchors = on_axis(load, 2), [on_axis(a, 2) for a in anchors]
+    lengths = unit_lengths(len(points))
+    model = build_model(anchors, points, lengths, load, len(taut), statics=statics, slack=slack)
+    return Reduced(frame, model, reduction)
+
+
+def on_axis(v: RangeVector, axis: int) -> RangeVector:
+    """Return a vector that is known to lie on an axis, its other entries exactly zero."""
+    nought = Range.exact(0)
+    return (v[0] if axis == 0 else nought, v[1] if axis == 1 else nought, v[2] if axis == 2 else nought)
+
+
+def in_plane(v: RangeVector) -> RangeVector:
+    """Return a vector that is known to lie in the plane y = 0."""
+    return (v[0], Range.exact(0), v[2])
+
+
+def is_downward(load: Vector) -> bool:
+    """Return True for a load exactly along -z."""
+    return load[0] == 0 and load[1] == 0 and load[2] < 0
+
+
+def vertical_frame(problem: Problem, taut: tuple[int, ...]) -> Frame:
+    """Return the frame with z upward on the line of the taut exit points."""
+    origin = problem.robot.cables[taut[0]].frame_anchor
+    if is_downward(problem.load):
+        return Frame(origin, balls.identity(), balls.identity())
+    z_first = balls.right_handed(upward(problem)).transpose()
+    return Frame(origin, cyclic() * z_first, balls.identity())
+
+
+def cyclic() -> arb_mat:
+    """Return the rotation that sends x to z, y to x and z to y."""
+    return arb_mat([[0, 1, 0], [0, 0, 1], [1, 0, 0]])
+
+
+def rod_frame(problem: Problem, taut: tuple[int, ...]) -> Frame:
+    """Return the frame whose platform z axis carries the taut platform points."""
+    zero = (Fraction(0), Fraction(0), Fraction(0))
+    platform = cyclic() * balls.right_handed(rod_axis(problem, taut)).transpose()
+    return Frame(zero, balls.identity(), platform)
+
+
+def rod_axis(problem: Problem, taut: tuple[int, ...]) -> arb_mat:
+    """Return the unit direction of the line of the taut platform points, platform frame."""
+    b = next(problem.anchors_from_centre[i] for i in taut if not is_zero(problem.anchors_from_centre[i]))
+    v = balls.fractions(b)
+    return v * (1 / balls.norm(v))
+
+
+def plane_problems(
+    problem: Problem, taut: tuple[int, ...], kind: Classification, others: tuple[int, ...], slack: bool
+) -> list[Reduced]:
+    """Return the planar searches: base z upward, exit points and taut platform points in y = 0.
+
+    The platform's plane can face either way: two mirrored searches, one where a family turns one
+    into the other.
+    """
+    origin = problem.robot.cables[taut[0]].frame_anchor
+    base = plane_base(problem, taut)
+    platform = plane_platform(problem, taut, kind)
+    mirrored = arb_mat([[1, 0, 0], [0, -1, 0], [0, 0, -1]]) * platform
+    found = []
+    for turned in [platform] if kind.vertical or kind.rod else [platform, mirrored]:
+        frame = Frame(origin, base, turned)
+        everyone = (*taut, *others)
+        points = [frame.point(problem.anchors_from_centre[i]) for i in everyone]
+        anchors = [frame.anchor(problem.robot.cables[i].frame_anchor) for i in everyone]
+        flat = len(taut)
+        points[:flat] = [on_axis(p, 0) if kind.rod else in_plane(p) for p in points[:flat]]
+        anchors[:flat] = [on_axis(a, 2) if kind.vertical else in_plane(a) for a in anchors[:flat]]
+        model = build_model(
+            anchors,
+            points,
+            unit_lengths(len(everyone)),
+            on_axis(frame.force(problem.load), 2),
+            flat,
+            planar=True,
+            slack=slack,
+        )
+        found.append(Reduced(frame, model, PLANAR))
+    return found
+
+
+def plane_base(problem: Problem, taut: tuple[int, ...]) -> arb_mat:
+    """Return the rotation whose rows are x (horizontal, in the plane), y (its normal), z (up)."""
+    up = upward(problem)
+    step = horizontal_step(problem, taut)
+    if step is None:
+        rows = balls.right_handed(up)
+        return cyclic() * rows.transpose()
+    x = balls.fractions(step)
+    x = x * (1 / balls.norm(x))
+    return balls.columns(x, balls.cross(up, x), up).transpose()
+
+
+def horizontal_step(problem: Problem, taut: tuple[int, ...]) -> Vector | None:
+    """Return the horizontal part of A_2 - A_1, scaled by |f|^2; None where it vanishes."""
+    f = problem.load
+    d = minus(problem.robot.cables[taut[1]].frame_anchor, problem.robot.cables[taut[0]].frame_anchor)
+    # f x (d x f) = |f|^2 d - (f . d) f
+    step = cross(f, cross(d, f))
+    return None if is_zero(step) else step
+
+
+def plane_platform(problem: Problem, taut: tuple[int, ...], kind: Classification) -> arb_mat:
+    """Return the rotation that lays the taut platform points and the centre of mass into y = 0."""
+    if kind.rod:
+        return balls.right_handed(rod_axis(problem, taut)).transpose()
+    b1, b2 = (balls.fractions(problem.anchors_from_centre[i]) for i in taut[:2])
+    first = rod_axis(problem, taut)
+    normal = balls.cross(b1, b2)
+    normal = normal * (1 / balls.norm(normal))
+    return balls.columns(first, normal, balls.cross(first, normal)).transpose()

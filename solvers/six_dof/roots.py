@@ -1,0 +1,175 @@
+"""Proved roots of a taut subset's square system, and which unknowns and equations that system has."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cdpr_interval.engine.budget import Budget
+from cdpr_interval.kernels.second_order import ROTATION_ONLY, WHOLE_POSE
+from cdpr_interval.mechanics.six_dof.arrays import Model
+from solvers.six_dof import pose_cells as pose
+from solvers.six_dof import rotation_cells as turn
+from solvers.six_dof.cell_kinds import enclose_pose_cell, enclose_turn_cell, form_arrays
+from solvers.six_dof.root_search import MOST_STARTS, Bench, System, find_roots
+from solvers.six_dof.starts import rotation_at
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class Reduction:
+    """Which unknowns are free and which statics equations are kept, by chart.
+
+    ``frozen[c]`` are the entries of u fixed at 0 in chart c, or None where the chart is not used.
+    """
+
+    frozen: tuple[tuple[int, ...] | None, ...]
+    statics: tuple[int, ...]
+    """Kept rows among (force, moment) in the base frame; with ``rod`` the moment is projected."""
+    planar: bool = False
+    rod: bool = False
+    """Keep only the two moments across the line of the platform points (its z axis)."""
+
+    def free(self, n: int, chart: int) -> Ints:
+        """Return the indices of the free unknowns of z = (u, p, t)."""
+        if not self.statics:
+            return np.arange(6, dtype=np.int64)
+        fixed = set(self.frozen[chart] or ())
+        if self.planar:
+            fixed.add(4)
+        return np.array([k for k in range(6 + n) if k not in fixed], dtype=np.int64)
+
+    def rows(self) -> Floats:
+        """Return the kept combinations of the six statics equations; with ``rod`` two are left zero."""
+        unit = np.eye(6)[list(self.statics)].reshape(-1, 6)
+        return np.vstack([unit, np.zeros((2, 6))]) if self.rod else np.ascontiguousarray(unit)
+
+
+@cache
+def system_of(reduction: Reduction, n: int) -> System:
+    """Return the reduced system of n taut cables as the kernels see it; there are only a few."""
+    used = [chart for chart in range(4) if reduction.frozen[chart] is not None]
+    free = np.array([reduction.free(n, chart if chart in used else used[0]) for chart in range(4)])
+    frozen = np.array([[k in (reduction.frozen[chart] or ()) for k in range(3)] for chart in range(4)])
+    return System(free, frozen, reduction.rows(), reduction.rod, bool(reduction.statics))
+
+
+GENERAL = Reduction(((), (), (), ()), (0, 1, 2, 3, 4, 5))
+GEOMETRY = Reduction(((), (), (), ()), ())
+"""Six taut cables: the lengths alone fix the pose, the tensions follow by a linear solve."""
+ABOUT_VERTICAL = Reduction(((2,), (2,), None, None), (0, 1, 2, 3, 4))
+"""Family (a): turning about the load direction z is taken out; its moment equation is dropped.
+
+A turn about z turns the quaternion entries (w, z) and (x, y) each in its plane. Of the longer pair the
+second can be made 0, and its first is then the largest entry: chart 0 with z = 0, or chart 1 with y = 0.
+"""
+ABOUT_ROD = Reduction(((2,), (2,), None, None), (0, 1, 2), rod=True)
+"""Family (b): turning about the platform's z axis is taken out."""
+PLANAR = Reduction(((0, 2), None, (0, 2), None), (0, 2, 4), planar=True)
+"""The plane y = 0: one angle, two coordinates, three equilibrium equations."""
+
+
+@dataclass(frozen=True, eq=False)
+class Root:
+    """A proved zero for every choice of lengths: exactly one in ``box``, no other one in ``unique``.
+
+    Boxes are (6 + n, 2) in (u, p, t). ``core`` holds the zero for one choice of lengths. Two roots that
+    coincide for one choice do so for all: zeros move continuously with the lengths, and none
+    leaves ``box``, which lies inside ``unique``.
+    """
+
+    chart: int
+    box: Floats
+    unique: Floats
+    core: Floats
+
+    def holds(self, chart: int, lo: Floats, hi: Floats) -> bool:
+        """Return True when the box [lo, hi] lies in the uniqueness box."""
+        inside = self.chart == chart and np.all(self.unique[:, 0] <= lo) and np.all(hi <= self.unique[:, 1])
+        return bool(inside)
+
+    def row(self) -> Floats:
+        """Return the uniqueness box as the kernels read it."""
+        return np.concatenate([[self.chart], self.unique[:, 0], self.unique[:, 1]])
+
+
+class Prover:
+    """Finds and proves roots of one reduced system."""
+
+    def __init__(self, model: Model, reduction: Reduction) -> None:
+        self.model = model
+        self.system = system_of(reduction, model.n_taut)
+        self.turn_scratch = form_arrays(ROTATION_ONLY, turn.WIDTH)
+        self.pose_scratch = form_arrays(WHOLE_POSE, pose.P_WIDTH)
+
+    def bench(self, roots: Sequence[Root]) -> Bench:
+        """Return scratch that holds the roots known, with room for as many as one call may find."""
+        room = (len(roots) + MOST_STARTS, 6 + self.model.n_taut, 2)
+        charts, unique = np.zeros(room[0], dtype=np.int64), np.empty(room)
+        for k, root in enumerate(roots):
+            charts[k] = root.chart
+            unique[k] = root.unique
+        return Bench(self.turn_scratch, self.pose_scratch, charts, unique, np.empty(room), np.empty(room))
+
+    def find(
+        self, leaves: Floats, leaf_size: float, in_position: bool, known: Sequence[Root], budget: Budget
+    ) -> tuple[list[Root], Floats]:
+        """Start Newton from leaves spread over each cluster.
+
+        Returns the new roots that were proved, and the leaves that are not settled by roots yet.
+        """
+        found: list[Root] = []
+        todo, first = np.ones(len(leaves), dtype=np.bool_), 0
+        while first < len(leaves) and budget.stop() is None:
+            before = [*known, *found]
+            bench = self.bench(before)
+            first, count = find_roots(
+                self.model,
+                self.system,
+                bench,
+                len(before),
+                leaves,
+                todo,
+                first,
+                in_position,
+                leaf_size,
+            )
+            for k in range(len(before), count):
+                box, unique, core = bench.boxes[k].copy(), bench.unique[k].copy(), bench.cores[k].copy()
+                found.append(Root(int(bench.charts[k]), box, unique, core))
+        return found, leaves[todo] if first == len(leaves) else leaves
+
+    def root_near(self, chart: int, u: Floats, p: Floats) -> Root | None:
+        """Return the proved root that Newton finds from a pose."""
+        cell = np.zeros((1, pose.P_WIDTH))
+        pivot = self.model.orders[0, 0]
+        turned = np.empty((3, 3))
+        rotation_at(u, turned)
+        x = p - self.model.anchors[pivot] + turned @ self.model.points[chart, pivot]
+        cell[0, :6] = np.repeat(u, 2)
+        cell[0, 6:12] = np.repeat(x, 2)
+        cell[0, pose.P_CHART] = chart
+        found, _ = self.find(cell, 0.0, True, [], Budget())
+        return found[0] if found else None
+
+    def unsettled(self, cells: Floats, roots: list[Root], in_position: bool) -> Floats:
+        """Return the cells whose equilibria are not all in one root's uniqueness box.
+
+        The search looks before it contracts a cell; here the contracted leaves get a last look.
+        """
+        lo, hi = np.empty(6 + self.model.n_taut), np.empty(6 + self.model.n_taut)
+        column = pose.P_CHART if in_position else turn.CHART
+        keep = np.ones(len(cells), dtype=bool)
+        for k, cell in enumerate(cells):
+            if in_position:
+                known = enclose_pose_cell(self.pose_scratch, self.model, cell, lo, hi)
+            else:
+                known = enclose_turn_cell(self.turn_scratch, self.model, cell, lo, hi)
+            keep[k] = not (known and any(r.holds(int(cell[column]), lo, hi) for r in roots))
+        return cells[keep]

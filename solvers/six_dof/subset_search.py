@@ -1,0 +1,211 @@
+"""All equilibria of one taut subset, in rounds: search down to a leaf size, prove roots, go on smaller.
+
+Each round searches the cells that are left with all roots proved so far; a cell whose
+equilibria all lie in a root's uniqueness box is settled. What remains at the last leaf size
+is undecided. Every round is deterministic, whatever the number of threads.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cdpr_interval.engine.batch_cells import SMALL
+from cdpr_interval.engine.budget import Budget, Stop
+from cdpr_interval.engine.search import Report, Run, search
+from cdpr_interval.kernels.lanes import LANES
+from cdpr_interval.kernels.second_order import ROTATION_ONLY, WHOLE_POSE
+from cdpr_interval.mechanics.six_dof.arrays import Model
+from solvers.six_dof import pose_cells as pose
+from solvers.six_dof import rotation_cells as turn
+from solvers.six_dof.cell_kinds import form_arrays
+from solvers.six_dof.roots import Prover, Reduction, Root
+
+Floats = NDArray[np.float64]
+
+FIRST_LEAF = 0.04
+"""Leaf size of the first round: most roots can be proved from such cells."""
+LEAF_RATIO = 0.125
+"""Each round's leaf size over that of the round before: three bisections of every variable."""
+LAST_LEAF = 1e-8
+"""Leaf size at which the search gives up: near a double root the tests see its square, close to rounding."""
+SPREAD_SHARE = 0.5
+"""Last leaf size over (width of the length ranges / platform size)."""
+GROWING_LEAVES = 60_000
+"""More leaves than this, and more than in the round before, mean a continuum that no search resolves."""
+DEEP = 2e-5
+"""Leaf size from which on the leaves lie around single points."""
+GROWING_DEEP = 2_000
+"""More leaves than this around points, and more than in the round before: smaller ones decide no more."""
+
+
+@dataclass
+class SubsetSearch:
+    """What the search of one taut subset has found so far."""
+
+    model: Model
+    reduction: Reduction
+    budget: Budget
+    threads: int = 1
+    report: Report | None = None
+    roots: list[Root] = field(default_factory=list)
+    undecided: Floats = field(default_factory=lambda: np.empty((0, turn.WIDTH)))
+    """Leaves of the search in u that could not be decided."""
+    undecided_position: Floats = field(default_factory=lambda: np.empty((0, pose.P_WIDTH)))
+    """The same of the search in (u, x)."""
+    reason: str = ""
+    pending: int = 0
+    cells: int = 0
+    stop: Stop = Stop.EXHAUSTED
+
+    def solve(self, cells: Floats | None = None) -> None:
+        """Run all rounds of the search in u, then of the search in (u, x) on what it hands on.
+
+        ``cells``: where to search; the default is everywhere.
+        """
+        everywhere = start_cells(self.reduction) if cells is None else cells
+        folded = self.rounds(everywhere, in_position=False)
+        if len(folded) and self.stop is Stop.EXHAUSTED:
+            self.rounds(position_cells(self.model, folded), in_position=True)
+
+    def rounds(self, cells: Floats, *, in_position: bool) -> Floats:
+        """Search ``cells`` round by round; return the folded leaves that are handed on to (u, x)."""
+        prover = Prover(self.model, self.reduction)
+        leaf_size = FIRST_LEAF
+        before = 0
+        handed_on: list[Floats] = [np.empty((0, cells.shape[1]))]
+        while len(cells):
+            small, folded = self.one_round(cells, leaf_size, in_position)
+            handed_on.append(folded)
+            if self.stop is not Stop.EXHAUSTED:
+                self.pending += len(small) + sum(map(len, handed_on))
+                return handed_on[0]
+            most = GROWING_LEAVES if leaf_size > DEEP else GROWING_DEEP
+            growing = most < len(small) and before < len(small)
+            cells, before = small, len(small)
+            if len(small):
+                found, cells = prover.find(small, leaf_size, in_position, self.roots, self.budget)
+                self.roots += found
+            leaf_size *= LEAF_RATIO
+            if growing or leaf_size < last_leaf(self.model):
+                self.give_up(prover.unsettled(cells, self.roots, in_position), in_position, growing)
+                break
+        return np.concatenate(handed_on)
+
+    def one_round(self, cells: Floats, leaf_size: float, in_position: bool) -> tuple[Floats, Floats]:
+        """Search down to ``leaf_size``; return small and folded leaves."""
+        make_run = pose_run if in_position else turn_run
+        result = search(
+            lambda: make_run(self.model, self.roots, leaf_size),
+            cells,
+            self.budget,
+            threads=self.threads,
+            report=self.report,
+        )
+        self.cells += result.cells
+        self.stop = result.stop
+        self.pending += len(result.pending)
+        return result.leaves[result.kinds == SMALL], result.leaves[result.kinds == turn.FOLDED]
+
+    def give_up(self, cells: Floats, in_position: bool, too_many: bool) -> None:
+        """Keep what is left as undecided."""
+        if len(cells) == 0:
+            return
+        if last_leaf(self.model) > LAST_LEAF:
+            self.reason = "some lengths in the given ranges may have a pose here: neither proved nor excluded"
+        elif too_many and len(cells) > GROWING_LEAVES:
+            self.reason = "too many cells remain: the solutions seem to form a continuum"
+        elif too_many:
+            self.reason = "smaller cells decide no more: the wrenches are nearly dependent, or poses meet"
+        else:
+            self.reason = "the smallest cells could neither be excluded nor proved"
+        if in_position:
+            self.undecided_position = cells
+        else:
+            self.undecided = cells
+
+
+def last_leaf(model: Model) -> float:
+    """Return the leaf size at which to give up.
+
+    Cells smaller than the spread of poses over the lengths cannot be excluded, and the roots that
+    can be proved are proved by then.
+    """
+    n = model.n_taut
+    spread = float((model.lengths[:n, 1] - model.lengths[:n, 0]).max()) / model.size
+    return max(LAST_LEAF, SPREAD_SHARE * spread)
+
+
+@cache
+def start_cells(reduction: Reduction) -> Floats:
+    """Return one cell for every chart: u in [-1, 1]^3, both branches. There are only a few reductions."""
+    used = [chart for chart in range(4) if reduction.frozen[chart] is not None]
+    cells = np.array([[*u_range(reduction.frozen[c] or ()), c, 0, 1.0 / len(used)] for c in used])
+    cells.setflags(write=False)
+    return cells
+
+
+def u_range(frozen: tuple[int, ...]) -> list[float]:
+    """Return u's bounds in a whole chart, entry by entry."""
+    return [x for k in range(3) for x in ((0.0, 0.0) if k in frozen else (-1.0, 1.0))]
+
+
+def unique_u(cells: Floats) -> Floats:
+    """Drop cells that stand for the same u box twice (they differed in the branch only)."""
+    keys = np.column_stack([cells[:, :6], cells[:, turn.CHART]])
+    _, first = np.unique(keys, axis=0, return_index=True)
+    return cells[np.sort(first)]
+
+
+def position_cells(model: Model, folded: Floats) -> Floats:
+    """Return (u, x) cells for folded u boxes: |x| <= l of the first order's pivot."""
+    reach = model.lengths[model.orders[0, 0], 1]
+    folded = unique_u(folded)
+    cells = np.zeros((len(folded), pose.P_WIDTH))
+    cells[:, :6] = folded[:, :6]
+    for k in range(3):
+        # Two cables in a plane: the equilibrium lies in y = 0.
+        most = 0.0 if k == 1 and model.planar else reach
+        cells[:, 6 + 2 * k], cells[:, 7 + 2 * k] = -most, most
+    cells[:, pose.P_CHART] = folded[:, turn.CHART]
+    cells[:, pose.P_SHARE] = 1.0 / max(1, len(folded))
+    return cells
+
+
+def root_rows(model: Model, roots: list[Root]) -> Floats:
+    """Return the uniqueness boxes as one array for the kernels."""
+    width = 1 + 2 * (6 + model.n_taut)
+    return np.array([root.row() for root in roots]).reshape(len(roots), width)
+
+
+def turn_run(model: Model, roots: list[Root], leaf_size: float) -> Run:
+    """Bind the compiled search in u to its data and one thread's scratch."""
+    rows = root_rows(model, roots)
+    scratch = form_arrays(ROTATION_ONLY, turn.WIDTH)
+    states, verdicts = np.zeros((2, LANES), dtype=np.int64)
+
+    def run(*stack: object) -> tuple[int, int, int]:
+        done: tuple[int, int, int] = turn.run(
+            model, rows, leaf_size, ROTATION_ONLY, *scratch, states, verdicts, *stack
+        )
+        return done
+
+    return run
+
+
+def pose_run(model: Model, roots: list[Root], leaf_size: float) -> Run:
+    """Bind the compiled search in (u, x) to its data and one thread's scratch."""
+    rows = root_rows(model, roots)
+    scratch = form_arrays(WHOLE_POSE, pose.P_WIDTH)
+    states, verdicts = np.zeros((2, LANES), dtype=np.int64)
+
+    def run(*stack: object) -> tuple[int, int, int]:
+        done: tuple[int, int, int] = pose.run(
+            model, rows, leaf_size, WHOLE_POSE, *scratch, states, verdicts, *stack
+        )
+        return done
+
+    return run

@@ -1,0 +1,294 @@
+"""A cable that is just taut or just slack: exactly one pose, whichever it is, proved as one system.
+
+With T the cables that carry and cable j that may, the unknowns z = (u, p, t) of T's square system solve the
+balance, the lengths of all but j, and min(t_j, h_j) = 0 with h_j = l_j^2 - |e_j|^2. Over a box with
+enclosures of all derivatives let A be the system's matrix with the row of t_j = 0, and x the solution of A
+x = (0, .., 1, .., 0), the way the pose moves with a given tension t_j. Two points of the box differ by a
+matrix whose last row is a mixture of that row and of grad h_j (mean value theorem, also for min), with the
+determinant det A ((1 - s) + s grad h_j . x): regular for all s in [0, 1] when A is and grad h_j . x > 0. So
+there are not two zeros. Equivalently the determinants of the systems with and without cable j have one
+sign; with g the derivative of j's length and H the form of stability on the free motions, g' H^-1 g > 0.
+
+There is one for every choice of lengths: the system with given t_j = tau has a zero z(tau) in the box for
+all tau in [0, most] (Krawczyk), h_j(z(tau)) grows by grad h_j . x, and either is not negative at 0, where j
+is slack, or reaches 0 before ``most``, where it carries.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from flint import arb, arb_mat
+from numpy.typing import NDArray
+
+from cdpr_interval.exact import balls
+from cdpr_interval.mechanics.six_dof import system as newton
+from cdpr_interval.mechanics.six_dof.arrays import Model, Range, build_model
+from cdpr_interval.mechanics.six_dof.frame import Frame, Pose, centred_cayley, coordinates, half_turn
+from cdpr_interval.mechanics.six_dof.tension_polytope import column, wrench_matrix
+from cdpr_interval.mechanics.stability import to_matrix
+from solvers.questions.problem import Problem
+from solvers.six_dof.solution import geometry
+
+Floats = NDArray[np.float64]
+
+STEPS = 20
+"""Most rounds of Newton, and of growing a box until it is mapped into itself."""
+GROW = 0.125
+"""Share by which a box exceeds the image it was made from."""
+MARGINS = (1e-4, 1e-6, 1e-8)
+"""Margins of the box without a second pose that are tried, over the size of each unknown."""
+MOST_CABLES = 6
+
+
+@dataclass(frozen=True, eq=False)
+class Switch:
+    """Exactly one pose, cable ``switching`` just taut or just slack, for every choice of lengths."""
+
+    problem: Problem
+    cables: tuple[int, ...]
+    """Those that carry and the one that may."""
+    switching: int
+    chart: int
+    pose: Pose
+    """Encloses the pose for all choices, with t of ``cables``."""
+    alone: Floats
+    """(6 + n, 2) bounds of (u, p, t) in which there is no second one."""
+
+    def holds(self, rotation: arb_mat, centre: arb_mat) -> bool:
+        """Return True when all static poses with these rotations and centres are this one.
+
+        They are zeros of the system only where no other cable can carry, and where those that carry here
+        carry in all of them: a slack one's length is not an equation.
+        """
+        pose = Pose(rotation, centre, ())
+        where = coordinates(pose, Frame.plain(), self.chart)
+        if where is None or not self.others_are_slack(pose):
+            return False
+        t = tensions_at(self.problem, self.cables, pose)
+        if t is None or not all(x > 0 for i, x in zip(self.cables, t, strict=True) if i != self.switching):
+            return False
+        found = [*where[0], *where[1], *t]
+        return all(balls.inside(x, lo, hi) for x, (lo, hi) in zip(found, self.alone.tolist(), strict=True))
+
+    def others_are_slack(self, pose: Pose) -> bool:
+        """Return True when all cables but these are proved slack in a pose's bounds, for all lengths."""
+        distances = geometry(self.problem, pose).distances
+        shortest = [balls.from_fraction(length[0]) for length in self.problem.lengths]
+        pairs = enumerate(zip(distances, shortest, strict=True))
+        return all(bool(d < least) for i, (d, least) in pairs if i not in self.cables)
+
+
+class System:
+    """The square system of some cables in one chart, in the robot's own frames."""
+
+    def __init__(self, problem: Problem, cables: tuple[int, ...], chart: int) -> None:
+        self.count = len(cables)
+        self.model = model_of(problem, cables)
+        self.data = np.empty((self.count + 1, 7, 2))
+        newton.fill_data(self.model, chart, self.data)
+        self.rows = np.eye(6)
+        self.free = np.arange(6 + self.count, dtype=np.int64)
+
+    def at(self, box: Floats) -> tuple[arb_mat, arb_mat]:
+        """Return the equations (lengths first) and their derivatives over a box (6 + n, 2)."""
+        m = 6 + self.count
+        f, J = np.empty((m, 2)), np.empty((m, m, 2))
+        newton.jacobian_over(self.data, self.rows, self.free, np.ascontiguousarray(box), f, J)
+        values = balls.vector([balls.from_bounds(*pair) for pair in f.tolist()])
+        return values, arb_mat([[balls.from_bounds(*pair) for pair in row] for row in J.tolist()])
+
+
+def model_of(problem: Problem, cables: tuple[int, ...]) -> Model:
+    """Return the arrays of some cables, all of them taut."""
+    frame = Frame.plain()
+    return build_model(
+        [frame.anchor(problem.robot.cables[i].frame_anchor) for i in cables],
+        [frame.point(problem.anchors_from_centre[i]) for i in cables],
+        [Range(*problem.lengths[i]) for i in cables],
+        frame.force(problem.load),
+        len(cables),
+        slack=False,
+    )
+
+
+def tensions_at(problem: Problem, cables: Sequence[int], pose: Pose) -> list[arb] | None:
+    """Return all t that balance in a pose's bounds; None where the wrenches may be dependent."""
+    view = geometry(problem, pose)
+    load = balls.fractions(problem.load)
+    size = platform_size(problem)
+    matrix = wrench_matrix([view.spokes[i] for i in cables], [view.arms[i] for i in cables], load, size)
+    middle = balls.middle(matrix)
+    n = len(cables)
+    if n > MOST_CABLES or not np.isfinite(middle).all():
+        return None
+    left = to_matrix(np.asarray(np.linalg.pinv(middle[:, :n])))
+    own = balls.columns(*[column(matrix, k) for k in range(n)])
+    try:
+        return balls.entries((left * own).solve(left * column(matrix, n) * -1))
+    except ZeroDivisionError:
+        return None
+
+
+def platform_size(problem: Problem) -> float:
+    """Return a length of the platform, in m."""
+    return float(max(sum(abs(x) for x in b) for b in problem.anchors_from_centre)) or 1.0
+
+
+def switch_at(
+    problem: Problem, carrying: tuple[int, ...], switching: int, rotation: arb_mat, centre: arb_mat
+) -> Switch | None:
+    """Return the proved pose near a guess at which one cable switches; None where the proof fails.
+
+    Parameters
+    ----------
+    carrying, switching
+        The cables with positive tensions, and the one that is just tight.
+    rotation, centre : (3, 3), (3, 1)
+        The guess, in the robot's frames.
+    """
+    cables = tuple(sorted((*carrying, switching)))
+    if len(cables) > MOST_CABLES:
+        return None
+    middle = Pose(to_matrix(balls.middle(rotation)), to_matrix(balls.middle(centre)), ())
+    chart = best_chart(balls.middle(rotation))
+    where = coordinates(middle, Frame.plain(), chart)
+    t = tensions_at(problem, cables, middle)
+    if where is None or t is None:
+        return None
+    k = cables.index(switching)
+    system = System(problem, cables, chart)
+    z = np.array([float(x.mid()) for x in (*where[0], *where[1], *t)])
+    start = improved(system, z, k)
+    if start is None:
+        return None
+    return proved_near(problem, cables, k, chart, system, start)
+
+
+def best_chart(rotation: Floats) -> int:
+    """Return the chart whose entry of the quaternion is largest."""
+    r = rotation
+    squares = [
+        1 + r[0, 0] + r[1, 1] + r[2, 2],
+        1 + r[0, 0] - r[1, 1] - r[2, 2],
+        1 - r[0, 0] + r[1, 1] - r[2, 2],
+        1 - r[0, 0] - r[1, 1] + r[2, 2],
+    ]
+    return int(np.argmax(squares))
+
+
+def with_given_tension(J: arb_mat, k: int) -> arb_mat:
+    """Return the system's matrix with the row of cable k's tension instead of its length."""
+    m = J.nrows()
+    rows = [[J[i, j] for j in range(m)] for i in range(m)]
+    rows[k] = [arb(int(j == 6 + k)) for j in range(m)]
+    return arb_mat(rows)
+
+
+def improved(system: System, z: Floats, k: int) -> Floats | None:
+    """Return the zero with t_k = 0 by Newton steps in floats; None where they do not converge."""
+    z = z.copy()
+    for _ in range(STEPS):
+        values, J = system.at(np.column_stack([z, z]))
+        f = balls.middle(values)[:, 0]
+        f[k] = z[6 + k]
+        try:
+            step = np.linalg.solve(balls.middle(with_given_tension(J, k)), f)
+        except np.linalg.LinAlgError:
+            return None
+        z -= step
+        if not np.isfinite(z).all():
+            return None
+        if np.all(np.abs(step) <= 1e-13 * (1.0 + np.abs(z))):
+            return z
+    return z
+
+
+def proved_near(
+    problem: Problem, cables: tuple[int, ...], k: int, chart: int, system: System, z: Floats
+) -> Switch | None:
+    """Prove existence and uniqueness around the float zero z with t_k = 0."""
+    box = enclosed(system, z, k, 0.0)
+    if box is None:
+        return None
+    values, _ = system.at(box)
+    rise = slope(system, box, k)
+    lowest = -values[k, 0].upper()
+    if rise is None:
+        return None
+    most = 0.0 if lowest >= 0 else float((-2 * lowest / rise.lower()).upper())
+    if most > 0.0:
+        box = enclosed(system, z, k, most)
+        if box is None:
+            return None
+        rise = slope(system, box, k)
+        if rise is None or not lowest + rise.lower() * arb(most) >= 0:
+            return None
+    if not all(lo > 0.0 for i, (lo, _) in enumerate(box[6:].tolist()) if i != k):
+        return None
+    pose = pose_in(box, chart)
+    scales = np.array([1.0] * 3 + [platform_size(problem)] * 3 + [float(np.abs(box[6:]).max())] * len(cables))
+    for margin in MARGINS:
+        wide = np.column_stack([box[:, 0] - margin * scales, box[:, 1] + margin * scales])
+        if slope(system, wide, k) is None:
+            continue
+        found = Switch(problem, cables, cables[k], chart, pose, wide)
+        # Whatever balances at the poses listed must lie where there is no second zero.
+        if found.holds(pose.rotation, pose.centre):
+            return found
+    return None
+
+
+def slope(system: System, box: Floats, k: int) -> arb | None:
+    """Return grad h_k . x over a box where A is regular and that is proved positive, else None."""
+    _, J = system.at(box)
+    m = J.nrows()
+    try:
+        x = with_given_tension(J, k).solve(balls.vector([int(i == k) for i in range(m)]))
+    except ZeroDivisionError:
+        return None
+    rise = -sum((J[k, j] * x[j, 0] for j in range(m)), arb(0))
+    return rise if rise > 0 else None
+
+
+def enclosed(system: System, z: Floats, k: int, most: float) -> Floats | None:
+    """Return a box (6 + n, 2) that holds z(tau) for all tau in [0, most] and lengths in their ranges.
+
+    The image of the Krawczyk operator of the system with t_k = tau lies strictly inside it.
+    """
+    m = len(z)
+    centre = z.copy()
+    centre[6 + k] = 0.5 * most
+    values, J = system.at(np.column_stack([centre, centre]))
+    try:
+        C = to_matrix(np.asarray(np.linalg.inv(balls.middle(with_given_tension(J, k)))))
+    except np.linalg.LinAlgError:
+        return None
+    rows = balls.entries(values)
+    rows[k] = arb(0, 0.5 * most)
+    at_centre = C * balls.vector(rows)
+    radius = np.array([float(abs(x).upper()) for x in at_centre.entries()])
+    unit = balls.identity(m)
+    for _ in range(STEPS):
+        radius = (1.0 + GROW) * radius + 1e-15 * (1.0 + np.abs(centre))
+        box = np.column_stack([centre - radius, centre + radius])
+        _, J = system.at(box)
+        E = unit - C * with_given_tension(J, k)
+        sides = zip(box.tolist(), centre.tolist(), strict=True)
+        moves = balls.vector([balls.from_bounds(lo, hi) - arb(c) for (lo, hi), c in sides])
+        image = [arb(c) + x for c, x in zip(centre, (E * moves - at_centre).entries(), strict=True)]
+        if all(lo < x < hi for x, (lo, hi) in zip(image, box.tolist(), strict=True)):
+            return np.array([balls.to_bounds(x) for x in image])
+        radius = np.array([float(abs(x - arb(c)).upper()) for x, c in zip(image, centre, strict=True)])
+        if not np.isfinite(radius).all():
+            return None
+    return None
+
+
+def pose_in(box: Floats, chart: int) -> Pose:
+    """Return the pose of a box of (u, p, t) in the robot's frames."""
+    entries = [balls.from_bounds(lo, hi) for lo, hi in box.tolist()]
+    rotation = centred_cayley(entries[:3]) * half_turn(chart)
+    return Pose(rotation, balls.vector(entries[3:6]), tuple(entries[6:]))

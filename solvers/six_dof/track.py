@@ -1,0 +1,336 @@
+"""One static pose within a region around the last one, compiled: the region, and what is proved over it.
+
+The region X around a reference pose holds every pose whose centre of mass lies within ``radius`` of the
+reference's and whose rotation differs by at most ``radius / size`` rad. Over all of X, at once:
+
+1. every cable outside the taut subset is shorter than its length, so it carries nothing;
+2. the tensions that balance the load on the others are enclosed, and positive: in X a static pose has
+   exactly this taut subset, and solves its square system;
+3. the Krawczyk operator, with an enclosure E of I - C J over X and T, the tensions of 2, maps a small box
+   strictly into itself: the system has a zero there, for every choice of the lengths. With r > 0 the
+   box's half widths |E| r < r, so every matrix in C J is regular and there is no other zero in X and T; and
+4. the box lies in the region itself, not only in the bounds X of its u and p.
+
+A region too large for one of these is halved. ``z`` = (u, p, t) as in ``system``.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from numba import njit
+
+from cdpr_interval.kernels import interval, interval_matrix
+from cdpr_interval.kernels.rounding import down, up
+from cdpr_interval.mechanics.six_dof import system as newton
+
+TRACKED, NO_ROOT, MOVED, TIGHT, LOOSE, SINGULAR, SEVERAL, BROAD = range(8)
+"""What ``track`` says: proved; Newton found no pose; it lies outside the region; a slack cable may be tight;
+a taut one may be loose; the tensions are not bounded; there may be more than one root; the roots for all
+lengths may not fit in."""
+NEWTON_STEPS = 16
+"""The reference is near: more steps mean that the pose has gone."""
+INFLATIONS = 12
+"""Most tries for a box that the Krawczyk operator maps into itself."""
+REFINEMENTS = 3
+"""Applications of the operator after that; each takes away most of what the inflation added."""
+GROW = 1.1
+"""What a try adds to the image of the one before."""
+ROUNDING = 1e-15
+"""Width of the first box over the largest unknown, at least."""
+WIDEST_TURN = 0.5
+"""Largest tan(angle / 2) |u| of a region: the bound of u has no pole near."""
+OUTWARD = 1.0 + 1e-12
+"""Makes up for the rounding of a tangent and of a few operations."""
+
+
+@njit("b1(f8[::1], f8, f8, f8[:, ::1])", cache=True, nogil=True)
+def region(z: Any, radius: float, size: float, X: Any) -> bool:
+    """Write the bounds of u and p in the region around z to X; False where its rotations are too many.
+
+    With v the Rodrigues vector of the turn from R(u) to R(u'), of norm tan(angle / 2),
+    u' - u = (v + v x u + (u . v) u) / (1 - u . v), of norm at most |v| (1 + |u|^2) / (1 - |u| |v|).
+    """
+    tangent = math.tan(0.5 * radius / size) * OUTWARD
+    norm = math.sqrt(z[0] * z[0] + z[1] * z[1] + z[2] * z[2]) * OUTWARD
+    if not (0.5 * radius / size < 1.0 and tangent * norm < WIDEST_TURN):
+        return False
+    reach = tangent * (1.0 + norm * norm) / (1.0 - tangent * norm) * OUTWARD
+    for k in range(3):
+        X[k, 0], X[k, 1] = down(z[k] - reach), up(z[k] + reach)
+        X[3 + k, 0], X[3 + k, 1] = down(z[3 + k] - radius), up(z[3 + k] + radius)
+    return True
+
+
+@njit("void(f8[:, :, ::1], f8[:, ::1], f8[:, ::1], i8[::1], f8[:, :, ::1])", cache=True, nogil=True)
+def fill_data(cables: Any, load: Any, lengths: Any, chosen: Any, data: Any) -> None:
+    """Write A_i, D_c b_i and l_i^2 of the chosen cables, and the load, to ``data`` (n + 1, 7, 2)."""
+    n = chosen.shape[0]
+    for i in range(n):
+        for k in range(6):
+            data[i, k, 0], data[i, k, 1] = cables[chosen[i], k, 0], cables[chosen[i], k, 1]
+        data[i, 6, 0], data[i, 6, 1] = interval.sqr(lengths[chosen[i], 0], lengths[chosen[i], 1])
+    for k in range(3):
+        data[n, k, 0], data[n, k, 1] = load[k, 0], load[k, 1]
+
+
+@njit("void(f8[:, :, ::1], i8, f8[:, :, ::1], f8[:, ::1], f8[:, ::1], f8[:, ::1])", cache=True, nogil=True)
+def arm_and_spoke(data: Any, i: int, R: Any, X: Any, r: Any, e: Any) -> None:
+    """Enclose r_i and e_i (3, 2) of a cable over the region."""
+    newton.matrix_point(R, data, i, r)
+    for k in range(3):
+        lo, hi = interval.sub(data[i, k, 0], data[i, k, 1], X[3 + k, 0], X[3 + k, 1])
+        e[k, 0], e[k, 1] = interval.sub(lo, hi, r[k, 0], r[k, 1])
+
+
+@njit("i8(f8[:, :, ::1], f8[:, :, ::1], f8[:, ::1])", cache=True, nogil=True)
+def tight_cable(others: Any, R: Any, X: Any) -> int:
+    """Return a cable of ``others`` that may be as long as its length somewhere in the region, else -1."""
+    r, e = np.empty((3, 2)), np.empty((3, 2))
+    for i in range(others.shape[0] - 1):
+        arm_and_spoke(others, i, R, X, r, e)
+        slo, shi = 0.0, 0.0
+        for k in range(3):
+            lo, hi = interval.sqr(e[k, 0], e[k, 1])
+            slo, shi = interval.add(slo, shi, lo, hi)
+        if not shi < others[i, 6, 0]:
+            return i
+    return -1
+
+
+@njit("b1(f8[:, :, ::1], f8[:, :, ::1], f8[:, ::1], f8, f8[:, :, ::1])", cache=True, nogil=True)
+def tensions(data: Any, R: Any, X: Any, size: float, T: Any) -> bool:
+    """Enclose all t (n, 1, 2) that balance the load somewhere in the region; False where that fails.
+
+    W t = -f with the wrenches W (6, n) implies B W t = -B f for any B (n, 6); B is the transpose of the
+    middle of W, its moments divided by the square of ``size``.
+    """
+    n = data.shape[0] - 1
+    r, e = np.empty((3, 2)), np.empty((3, 2))
+    W = np.empty((n, 6, 2))
+    for i in range(n):
+        arm_and_spoke(data, i, R, X, r, e)
+        for k in range(3):
+            a, b = (k + 1) % 3, (k + 2) % 3
+            W[i, k, 0], W[i, k, 1] = e[k, 0], e[k, 1]
+            lo, hi = interval.mul(r[a, 0], r[a, 1], e[b, 0], e[b, 1])
+            lo2, hi2 = interval.mul(r[b, 0], r[b, 1], e[a, 0], e[a, 1])
+            W[i, 3 + k, 0], W[i, 3 + k, 1] = interval.sub(lo, hi, lo2, hi2)
+    A = np.zeros((n, n + 1, 2))
+    for i in range(n):
+        for k in range(6):
+            weight = 0.5 * (W[i, k, 0] + W[i, k, 1])
+            if k >= 3:
+                weight /= size * size
+            for j in range(n):
+                lo, hi = interval.scale(weight, W[j, k, 0], W[j, k, 1])
+                newton.accumulate(A, i, j, lo, hi)
+            if k < 3:
+                lo, hi = interval.scale(-weight, data[n, k, 0], data[n, k, 1])
+                newton.accumulate(A, i, n, lo, hi)
+    return bool(interval_matrix.solve(A, T))
+
+
+@njit("b1(f8[::1], f8[:, :, ::1], f8[::1], f8[::1])", cache=True, nogil=True)
+def image_radii(offset: Any, E: Any, radius: Any, image: Any) -> bool:
+    """Bound the Krawczyk operator's image of a box around z by ``image`` (m,); True when strictly inside."""
+    inside = True
+    for i in range(offset.shape[0]):
+        image[i] = offset[i]
+        for j in range(offset.shape[0]):
+            image[i] = up(image[i] + up(interval.mag(E[i, j, 0], E[i, j, 1]) * radius[j]))
+        inside = inside and image[i] < radius[i]
+    return inside
+
+
+@njit(
+    "b1(f8[:, ::1], f8[:, :, ::1], i8[::1], f8[:, ::1], f8[::1], f8[:, ::1], f8[:, ::1])",
+    cache=True,
+    nogil=True,
+)
+def box_around(f: Any, E: Any, free: Any, C: Any, z: Any, X: Any, box: Any) -> bool:
+    """Write a box (6 + n, 2) around z that the Krawczyk operator maps strictly into itself, contracted.
+
+    ``f`` (m, 2) are the residuals at z for every choice of data, ``E`` encloses I - C J over all of X.
+
+    Guarantee: with True the box lies in X, and for every choice of data it holds exactly one zero, the only
+    one in X.
+    """
+    m = free.shape[0]
+    offset, radius, image = np.empty(m), np.empty(m), np.empty(m)
+    most = 0.0
+    for k in range(6):
+        most = max(most, abs(z[k]))
+    for i in range(m):
+        lo, hi = 0.0, 0.0
+        for k in range(m):
+            a, b = interval.scale(C[i, k], f[k, 0], f[k, 1])
+            lo, hi = interval.add(lo, hi, a, b)
+        offset[i] = interval.mag(lo, hi)
+        radius[i] = GROW * offset[i] + ROUNDING * (abs(z[free[i]]) + most)
+    tries = 1
+    while not image_radii(offset, E, radius, image):
+        if tries == INFLATIONS:
+            return False
+        tries += 1
+        for i in range(m):
+            radius[i] = GROW * image[i]
+    for i in range(m):
+        # E holds for the box only inside X. Also False for NaN.
+        k = free[i]
+        if not (X[k, 0] <= down(z[k] - radius[i]) and up(z[k] + radius[i]) <= X[k, 1]):
+            return False
+    for _ in range(REFINEMENTS):
+        for i in range(m):
+            radius[i] = min(radius[i], image[i])
+        image_radii(offset, E, radius, image)
+    for i in range(m):
+        k = free[i]
+        box[k, 0], box[k, 1] = down(z[k] - radius[i]), up(z[k] + radius[i])
+    return True
+
+
+@njit("void(f8[:, :, ::1], f8[:, ::1], i8[::1], f8[:, ::1], f8[:, ::1])", cache=True, nogil=True)
+def contract(data: Any, rows: Any, free: Any, C: Any, box: Any) -> None:
+    """Intersect a box with its image under the Krawczyk operator, which holds all its zeros."""
+    image = np.empty(box.shape)
+    newton.krawczyk(data, rows, free, C, box, image)
+    for k in range(box.shape[0]):
+        box[k, 0] = max(box[k, 0], image[k, 0])
+        box[k, 1] = min(box[k, 1], image[k, 1])
+
+
+@njit("b1(f8[::1], f8[:, ::1], f8, f8)", cache=True, nogil=True)
+def holds(z: Any, box: Any, radius: float, size: float) -> bool:
+    """Return True when every pose of a box (>= 6, 2) lies in the region around z; also False for NaN.
+
+    With d = u' - u the Rodrigues vector of the turn from R(u) to R(u') is (d - d x u) / (1 + u . u').
+    """
+    d = np.empty((3, 2))
+    clo, chi = 1.0, 1.0
+    plo, phi, vlo, vhi = 0.0, 0.0, 0.0, 0.0
+    for k in range(3):
+        d[k, 0], d[k, 1] = interval.sub(box[k, 0], box[k, 1], z[k], z[k])
+        lo, hi = interval.scale(z[k], box[k, 0], box[k, 1])
+        clo, chi = interval.add(clo, chi, lo, hi)
+        lo, hi = interval.sub(box[3 + k, 0], box[3 + k, 1], z[3 + k], z[3 + k])
+        lo, hi = interval.sqr(lo, hi)
+        plo, phi = interval.add(plo, phi, lo, hi)
+    for k in range(3):
+        a, b = (k + 1) % 3, (k + 2) % 3
+        lo, hi = interval.scale(z[b], d[a, 0], d[a, 1])
+        lo, hi = interval.sub(d[k, 0], d[k, 1], lo, hi)
+        lo2, hi2 = interval.scale(z[a], d[b, 0], d[b, 1])
+        lo, hi = interval.add(lo, hi, lo2, hi2)
+        lo, hi = interval.sqr(lo, hi)
+        vlo, vhi = interval.add(vlo, vhi, lo, hi)
+    most = down(math.tan(0.5 * radius / size) / OUTWARD * clo)
+    return clo > 0.0 and phi <= down(radius * radius) and vhi <= down(most * most)
+
+
+@njit(
+    "UniTuple(i8, 3)(f8[:, :, ::1], f8[:, ::1], f8[:, ::1], i8[::1], i8[::1], f8[:, ::1], i8[::1], f8, f8, "
+    "i8, i8, f8[::1], f8[::1], f8[:, ::1])",
+    cache=True,
+    nogil=True,
+)
+def track(
+    cables: Any,
+    load: Any,
+    lengths: Any,
+    taut: Any,
+    others: Any,
+    rows: Any,
+    free: Any,
+    size: float,
+    radius: float,
+    first: int,
+    last: int,
+    z: Any,
+    root: Any,
+    box: Any,
+) -> tuple[int, int, int]:
+    """Prove the one static pose in the region around the pose of z.
+
+    Parameters
+    ----------
+    cables : (N, 6, 2)
+        A_i and D_c b_i, in the chart c of z.
+    load : (3, 2)
+    lengths : (N, 2)
+    taut, others : (n,), (N - n,)
+        The taut subset and all other cables.
+    rows, free
+        The square system of n taut cables.
+    size
+        A length of the platform, m.
+    radius, first, last
+        Regions have the radius ``radius / 2^k``, k = first..last; a larger one comes first where the pose
+        has left that of ``first``.
+    z : (6 + n,)
+        Reference pose, and where Newton starts with its tensions.
+    root : (6 + n,)
+        The pose found, in floats.
+    box : (6 + n, 2)
+        Where tracked, the enclosure of the pose; for n < 6 also of t.
+
+    Returns
+    -------
+    status, k, cable
+        ``TRACKED`` with the k of the region and -1, or why it failed at the last k tried: then the cable that
+        may be tight or loose, else -1.
+
+    Guarantee
+    ---------
+    With TRACKED, for every choice of the lengths the robot has exactly one static pose in the region;
+    it lies in the box, and the cables of ``taut`` are those that carry load.
+    """
+    n, m = taut.shape[0], free.shape[0]
+    data, far = np.empty((n + 1, 7, 2)), np.empty((others.shape[0] + 1, 7, 2))
+    fill_data(cables, load, lengths, taut, data)
+    fill_data(cables, load, lengths, others, far)
+    C, E, f = np.empty((m, m)), np.empty((m, m, 2)), np.empty((m, 2))
+    for k in range(6 + n):
+        root[k] = z[k]
+    if not newton.newton(data, rows, free, root, C, NEWTON_STEPS):
+        return NO_ROOT, first, -1
+    X, T, R, slopes = np.empty((6 + n, 2)), np.empty((n, 1, 2)), np.empty((3, 3, 2)), np.empty((3, 3, 3, 2))
+    for k in range(6 + n):
+        box[k, 0], box[k, 1] = root[k], root[k]
+        X[k, 0], X[k, 1] = root[k], root[k]
+    newton.residual_at(data, rows, box, f)
+    # A step may leave the region that was right for the one before.
+    while first > 0 and not holds(z, box, radius * 0.5**first, size):
+        first -= 1
+    status, cable, k = MOVED, -1, first
+    for k in range(first, last + 1):
+        if not region(z, radius * 0.5**k, size, X):
+            continue
+        if not holds(z, box, radius * 0.5**k, size):
+            return status, k, cable
+        newton.rotation_interval(X, R, slopes)
+        cable = tight_cable(far, R, X)
+        if cable >= 0:
+            status, cable = TIGHT, others[cable]
+            continue
+        status = LOOSE if tensions(data, R, X, size, T) else SINGULAR
+        for i in range(n):
+            if status == LOOSE and not T[i, 0, 0] > 0.0:
+                cable = taut[i]
+            if m > 6:
+                X[6 + i, 0], X[6 + i, 1] = T[i, 0, 0], T[i, 0, 1]
+        if status == SINGULAR or cable >= 0:
+            continue
+        newton.krawczyk_matrix(data, rows, free, C, X, E)
+        if box_around(f, E, free, C, root, X, box) and holds(z, box, radius * 0.5**k, size):
+            status = TRACKED
+            break
+        status = BROAD if newton.stretch(E, free, X) < 1.0 else SEVERAL
+    for i in range(n):
+        if status == TRACKED and lengths[taut[i], 0] < lengths[taut[i], 1]:
+            # Where they are ranges the derivative over the box itself gives narrower bounds.
+            contract(data, rows, free, C, box)
+            break
+    return status, k, cable

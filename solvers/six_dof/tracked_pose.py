@@ -1,0 +1,122 @@
+"""What a tracker answers: one light object, its parts made when they are asked for."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import StrEnum
+
+from cdpr_interval.mechanics.orientation import Quaternion, quaternion_from_rotation
+from cdpr_interval.mechanics.six_dof.fields import STABLE, UNSTABLE, Fields
+from solvers.answers.result import Bounds, CableState, Stability
+
+
+class TrackStatus(StrEnum):
+    """What is proved for all lengths in their ranges."""
+
+    TRACKED = "tracked"
+    """There is exactly one static pose in the region, and the bounds enclose it."""
+    LOST = "lost-track"
+    """That could not be proved; ``reason`` says why."""
+
+
+@dataclass(frozen=True, slots=True)
+class Region:
+    """The poses about which a tracker's answer speaks.
+
+    All poses whose centre of mass lies within ``radius`` of the reference's centre, and whose rotation
+    differs from the reference's by a turn of at most ``angle``.
+    """
+
+    centre: tuple[float, float, float]
+    """m: the reference's centre of mass, base frame, these very doubles."""
+    quaternion: Quaternion
+    """(w, x, y, z), the reference's rotation: that of these very doubles, divided by their norm."""
+    radius: float
+    """m."""
+    angle: float
+    """rad."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class TrackedPose:
+    """The static pose near the last one, as `Tracker.update` returns it.
+
+    Bounds are float64 arrays whose last axis is (lo, hi).
+
+    Guarantee
+    ---------
+    With status TRACKED, for every choice of lengths in their ranges the robot has exactly one static pose
+    in ``region``, with whatever cables taut; the bounds enclose it, the cables in ``taut`` carry tension and
+    all others are nearer than their lengths. With LOST nothing is claimed.
+    """
+
+    status: TrackStatus
+    reason: str
+    """Empty with TRACKED; else one sentence."""
+    region: Region | None
+    """With LOST the region tried last; None where no pose was tracked before."""
+    taut: tuple[int, ...]
+    """Indices of the taut cables; with LOST those of the last pose tracked."""
+    fields: Fields | None
+    """Of the one pose; None with LOST."""
+
+    @property
+    def tracked(self) -> bool:
+        """True when the pose exists, is the only one in the region, and lies in the bounds."""
+        return self.status is TrackStatus.TRACKED
+
+    @property
+    def position(self) -> Bounds:
+        """(3, 2) m: platform origin in the base frame."""
+        return self._known().position[0]
+
+    @property
+    def rotation(self) -> Bounds:
+        """(3, 3, 2): platform to base."""
+        return self._known().rotation[0]
+
+    @property
+    def height(self) -> Bounds:
+        """(2,) m: of the centre of mass, along up."""
+        return self._known().height[0]
+
+    @property
+    def tensions(self) -> Bounds:
+        """(N, 2) N, file order; [0, 0] for a slack cable."""
+        return self._known().tensions[0]
+
+    @property
+    def distances(self) -> Bounds:
+        """(N, 2) m: from the exit points to the platform's points."""
+        return self._known().distances[0]
+
+    @property
+    def stability(self) -> Stability:
+        """Whether the pose is a strict minimum of the potential energy."""
+        verdict = self._known().verdicts[0]
+        if verdict == STABLE:
+            return Stability.STABLE
+        return Stability.UNSTABLE if verdict == UNSTABLE else Stability.UNDECIDED
+
+    @property
+    def states(self) -> tuple[CableState, ...]:
+        """What is proved about each cable, file order."""
+        count = self._known().tensions.shape[1]
+        return tuple([CableState.TAUT if i in self.taut else CableState.SLACK for i in range(count)])
+
+    @property
+    def point(self) -> tuple[float, float, float]:
+        """Middle of ``position`` in m; plain floats, not certified."""
+        (xlo, xhi), (ylo, yhi), (zlo, zhi) = self.position.tolist()
+        return 0.5 * xlo + 0.5 * xhi, 0.5 * ylo + 0.5 * yhi, 0.5 * zlo + 0.5 * zhi
+
+    @property
+    def quaternion(self) -> Quaternion:
+        """Unit quaternion (w, x, y, z) near the rotation; plain floats, not certified."""
+        return quaternion_from_rotation(self.rotation.mean(axis=-1))
+
+    def _known(self) -> Fields:
+        """Return the fields, or say that there are none."""
+        if self.fields is None:
+            raise ValueError(f"no pose is proved: {self.reason}")
+        return self.fields

@@ -1,0 +1,392 @@
+"""Follow one static pose of a platform from length to length, with a proof at each step, for controllers.
+
+`forward_kinematics` finds every static pose anywhere and takes milliseconds to seconds. A controller knows
+where the platform was a moment ago: here the last pose is carried on, and proved to be the only one
+around there, whatever cables are taut.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cdpr_interval.errors import InputError
+from cdpr_interval.exact.enclosure import enclose
+from cdpr_interval.mechanics.orientation import Quaternion
+from cdpr_interval.mechanics.six_dof.arrays import HALF_TURNS, platform_size
+from cdpr_interval.mechanics.six_dof.fields import Cables, Fields, fill_fields
+from cdpr_interval.mechanics.six_dof.frame import Frame
+from cdpr_interval.robots.cable_robot import Robot
+from solvers.answers.result import Bounds, Outcome, Solution, Stability
+from solvers.forward import forward_kinematics, refuse_unsupported
+from solvers.questions.force import NO_LOAD, ZERO, read_force
+from solvers.questions.problem import Problem
+from solvers.questions.quick import checked, force_key, quick_bounds
+from solvers.six_dof.prepared import prepared
+from solvers.six_dof.roots import GENERAL, GEOMETRY, system_of
+from solvers.six_dof.track import BROAD, LOOSE, MOVED, NO_ROOT, SINGULAR, TIGHT, TRACKED, track
+from solvers.six_dof.tracked_pose import Region, TrackedPose, TrackStatus
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+LARGEST_REGION = 0.125
+"""Radius of the first region over the platform's size: larger ones are hardly ever proved."""
+SMALLEST_REGION = 2.0**-15
+"""Radius of the last region over the platform's size, some 10 micrometres for a platform of 0.5 m."""
+LARGER_EVERY = 16
+"""After so many updates the region twice as large is tried again."""
+CHART_END = 1.2
+"""Largest entry of u before another chart takes over; every rotation has a chart where it is at most 1."""
+FULL_SYSTEM = 6
+"""Taut cables from which on the lengths alone fix the pose."""
+
+
+class Load(NamedTuple):
+    """A constant force and what follows from it."""
+
+    key: tuple[float, ...] | None
+    bounds: Bounds
+    """(3, 2) N: weight and external force."""
+    cables: Cables
+    exact: tuple[Fraction, Fraction, Fraction]
+    """N: the external force."""
+
+
+@dataclass
+class Place:
+    """The pose tracked last."""
+
+    chart: int
+    z: Floats
+    """(6 + n,) u, p and t, middles."""
+    taut: Ints
+    others: Ints
+    rows: Floats
+    free: Ints
+    halvings: int = 0
+    """The region proved last had the first radius halved so often."""
+
+
+class Tracker:
+    """The static pose near the last one, step by step.
+
+    Parameters
+    ----------
+    robot : Robot
+        A platform on inextensible cables. Its numbers are enclosed here, once.
+    start : Solution, optional
+        A pose of `forward_kinematics` to start from; without it the first `update` searches for one.
+    radius : float, optional
+        m: of the largest region tried around the last pose; by default an eighth of ``size``.
+    least_radius : float, optional
+        m: a smaller region counts as lost; by default a 32768th of ``size``, at most ``radius``.
+
+    Raises
+    ------
+    InputError
+        The robot is a point mass (see `PointMass`); the start is no single pose with every cable's state
+        decided; a radius is not positive, or the largest above half of ``size``.
+    NotSupportedError
+        Uncertain scalars, or elastic cables.
+
+    Notes
+    -----
+    An instance has a state and belongs to one thread.
+
+    Examples
+    --------
+    >>> from cdpr_interval import load_robot
+    >>> from solvers import forward_kinematics
+    >>> robot = load_robot("uc4")
+    >>> poses = forward_kinematics(robot, [7.5, 8.0, 7.0, 9.0], taut=range(4)).solutions
+    >>> tracker = Tracker(robot, poses[0])
+    >>> pose = tracker.update([7.501, 8.0, 7.0, 9.0])
+    >>> pose.tracked, pose.taut
+    (True, (0, 1, 2, 3))
+    """
+
+    def __init__(
+        self,
+        robot: Robot,
+        start: Solution | None = None,
+        *,
+        radius: float | None = None,
+        least_radius: float | None = None,
+    ) -> None:
+        if robot.is_point_mass:
+            raise InputError(f"robot '{robot.name}': is a point mass; use PointMass, it needs no start")
+        refuse_unsupported(robot)
+        self._robot = robot
+        points = np.array([[float(x) for x in b] for b in Problem(robot, ()).anchors_from_centre])
+        self._size = platform_size(points)
+        self._radius = metres("radius", radius, LARGEST_REGION * self._size, 0.5 * self._size)
+        smallest = min(SMALLEST_REGION * self._size, self._radius)
+        least = metres("least_radius", least_radius, smallest, self._radius)
+        self._last = int(math.log2(self._radius / least) + 1e-9)
+        self._frame = Frame.plain().bounds
+        self._count = len(robot.cables)
+        self._loaded: Load | None = None
+        self._charts: Floats | None = None
+        self._place: Place | None = None
+        self._updates = 0
+        if start is not None:
+            self.reset(start)
+
+    @property
+    def robot(self) -> Robot:
+        """The robot this tracker was made for."""
+        return self._robot
+
+    @property
+    def size(self) -> float:
+        """A length of the platform in m; a region of radius r holds turns by up to r / size rad."""
+        return self._size
+
+    def reset(self, start: Solution) -> None:
+        """Go on from a pose of `forward_kinematics`.
+
+        Raises
+        ------
+        InputError
+            It is not one pose with every cable's state decided.
+        """
+        if len(start.cable_states) != self._count:
+            raise InputError(f"start: has {len(start.cable_states)} cables, the robot {self._count}")
+        if not is_single(start):
+            raise InputError("start: must be one pose, with every cable proved taut or slack")
+        n = len(start.taut)
+        system = system_of(GEOMETRY if n == FULL_SYSTEM else GENERAL, n)
+        z = np.zeros(6 + n)
+        chart, u = chart_of(start.nominal.quaternion_wxyz)
+        z[:3] = u
+        centre = np.array([float(x) for x in self._robot.platform.centre_of_mass])
+        z[3:6] = np.array(start.nominal.position) + start.rotation.mean(axis=-1) @ centre
+        if n < FULL_SYSTEM:
+            taut = list(start.taut)
+            z[6:] = start.tensions[taut].mean(axis=-1) / start.distances[taut].mean(axis=-1)
+        others = np.array([i for i in range(self._count) if i not in start.taut], dtype=np.int64)
+        taut_cables = np.array(start.taut, dtype=np.int64)
+        self._place = Place(chart, z, taut_cables, others, system.rows, system.free[0].copy())
+
+    def warm_up(self) -> None:
+        """Compile or load the kernels now, so that no later call waits for them (many seconds once)."""
+        try:
+            load = self._under(None)
+        except InputError:
+            # A weightless platform: the force comes with the calls.
+            load = self._under((0.0, 0.0, -1.0))
+        taut = np.zeros(1, dtype=np.int64)
+        self._fields(load, 0, np.ones((7, 2)), taut, np.ones((self._count, 2)))
+
+    def update(
+        self, lengths: str | Sequence[Any] | Any, external_force: Sequence[Any] | None = None
+    ) -> TrackedPose:
+        """Follow the pose to new lengths and prove that no other is near.
+
+        Parameters
+        ----------
+        lengths : sequence, mapping or str
+            As in `forward_kinematics`: one per cable in m; a pair (lo, hi) is a range. Sequences of floats
+            or of pairs of floats, and float64 arrays (N,) or (N, 2), are the quick way.
+        external_force : sequence of 3 numbers, optional
+            Constant force at the centre of mass in N, base axes, added to the weight.
+
+        Returns
+        -------
+        TrackedPose
+            A proof that fails is its status, never an exception. The pose tracked becomes the reference of
+            the next call; where track is lost the reference stays.
+
+        Raises
+        ------
+        InputError
+            As `forward_kinematics`.
+
+        Guarantee
+        ---------
+        That of `TrackedPose`.
+
+        Notes
+        -----
+        The first call without a start searches everywhere, for seconds, and goes on from the one stable pose
+        there is. The region is halved until the proof succeeds: it shrinks where a cable is nearly
+        slack or taut, and near a singular pose.
+        """
+        bounds = quick_bounds(lengths, self._count)
+        known = self._loaded
+        force = ZERO_FORCE if external_force is None else force_key(external_force)
+        if bounds is None or known is None or force is None or force != known.key:
+            names = self._robot.cable_names
+            bounds, load = checked(lengths, bounds, names, self._under, external_force)
+        else:
+            load = known
+        if self._place is None:
+            reason = self._begin(lengths, load)
+            if reason:
+                return TrackedPose(TrackStatus.LOST, reason, None, (), None)
+        place = self._place
+        assert place is not None and self._charts is not None
+        root, box = np.empty(len(place.z)), np.empty((len(place.z), 2))
+        status, halvings, cable = track(
+            self._charts[place.chart],
+            load.bounds,
+            bounds,
+            place.taut,
+            place.others,
+            place.rows,
+            place.free,
+            self._size,
+            self._radius,
+            self._first(place),
+            self._last,
+            place.z,
+            root,
+            box,
+        )
+        region = self._region(place, halvings)
+        taut = tuple(place.taut.tolist())
+        if status == TRACKED:
+            fields = self._fields(load, place.chart, box, place.taut, bounds)
+            if np.isfinite(fields.tensions).all():
+                # Proved positive; wide bounds of six tensions may still reach below zero.
+                np.maximum(fields.tensions, 0.0, out=fields.tensions)
+                self._move(place, root, halvings)
+                return TrackedPose(TrackStatus.TRACKED, "", region, taut, fields)
+            status = SINGULAR
+        place.halvings = 0
+        return TrackedPose(TrackStatus.LOST, self._reason(status, cable, region), region, taut, None)
+
+    def _first(self, place: Place) -> int:
+        """Return how often the first region of this update is halved."""
+        self._updates += 1
+        return max(0, place.halvings - (self._updates % LARGER_EVERY == 0))
+
+    def _move(self, place: Place, root: Floats, halvings: int) -> None:
+        """Make the pose found the reference of the next update."""
+        place.z, place.halvings = root, halvings
+        if max(map(abs, root[:3].tolist())) > CHART_END:
+            place.chart, u = chart_of(quaternion_of(place.chart, place.z))
+            place.z[:3] = u
+
+    def _fields(self, load: Load, chart: int, box: Floats, taut: Ints, lengths: Bounds) -> Fields:
+        """Return what a proved pose reports."""
+        count = self._count
+        fields = Fields(
+            np.empty((1, 3, 3, 2)),
+            np.empty((1, 3, 2)),
+            np.empty((1, 2)),
+            np.empty((1, count, 2)),
+            np.empty((1, len(taut), 2)),
+            np.zeros((1, count, 2)),
+            np.empty(1, dtype=np.int64),
+        )
+        charts = np.array([chart])
+        fill_fields(load.cables, self._frame, box[None], charts, taut, lengths, fields)
+        return fields
+
+    def _region(self, place: Place, halvings: int) -> Region:
+        """Return the region of one radius around the reference."""
+        radius = self._radius * 0.5**halvings
+        x, y, z = place.z[3:6].tolist()
+        angle = math.nextafter(radius / self._size, 0.0)
+        return Region((x, y, z), quaternion_of(place.chart, place.z), radius, angle)
+
+    def _reason(self, status: int, cable: int, region: Region) -> str:
+        """Say why a pose is lost."""
+        within = f"within {region.radius:.3g} m of the last pose"
+        name = self._robot.cable_names[cable] if cable >= 0 else ""
+        if status == NO_ROOT:
+            return "no pose was found near the last one for these lengths"
+        if status == MOVED:
+            return f"the pose for these lengths does not lie {within}"
+        if status == TIGHT:
+            return f"cable {name}, slack in the last pose, may be taut {within}"
+        if status == LOOSE:
+            return f"cable {name}, taut in the last pose, may be slack {within}"
+        if status == SINGULAR:
+            return f"the tensions are not bounded {within}: the pose is singular, or one of a family"
+        if status == BROAD:
+            return f"the poses for all these lengths may not lie {within}"
+        return f"more than one pose may lie {within}"
+
+    def _begin(self, lengths: Any, load: Load) -> str:
+        """Search everywhere for a pose to start from; return why there is none."""
+        result = forward_kinematics(self._robot, lengths, external_force=load.exact)
+        stable = [s for s in result.solutions if is_single(s) and s.stability is Stability.STABLE]
+        if result.outcome is not Outcome.COMPLETE:
+            return f"there is no last pose, and the search for one is not complete: {result.message}"
+        if len(stable) != 1:
+            return (
+                f"there is no last pose, and {len(stable)} stable ones for these lengths: choose one by reset"
+            )
+        self.reset(stable[0])
+        return ""
+
+    def _under(self, external_force: Any) -> Load:
+        """Return what follows from a force; that of the last one is kept."""
+        force = ZERO if external_force is None else read_force(external_force)
+        problem = Problem(self._robot, (), force)
+        if not any(problem.load):
+            raise InputError(NO_LOAD)
+        cables = prepared(problem).cables
+        key = force_key(ZERO_FORCE if external_force is None else external_force)
+        self._loaded = Load(key, np.array([enclose(x) for x in problem.load]), cables, force)
+        if self._charts is None:
+            self._charts = charts_of(cables)
+        return self._loaded
+
+
+ZERO_FORCE = (0.0, 0.0, 0.0)
+
+
+def metres(name: str, given: float | None, default: float, most: float) -> float:
+    """Return a radius in (0, most] m, or the default where None is given."""
+    if given is None:
+        return default
+    if isinstance(given, int | float | np.number) and 0.0 < given <= most:
+        return float(given)
+    raise InputError(f"{name}: must be positive and at most {most:g} m, got {given!r}")
+
+
+def is_single(solution: Solution) -> bool:
+    """Return True for one pose (no family) with every cable's state decided."""
+    return solution.family is None and solution.is_proved and solution.is_strict
+
+
+def charts_of(cables: Cables) -> Floats:
+    """Return the bounds of A_i and D_c b_i in every chart, (4, N, 6, 2)."""
+    charts = np.empty((4, len(cables.exits), 6, 2))
+    charts[:, :, :3] = cables.exits[:, :, 0]
+    for c in range(4):
+        for k in range(3):
+            b = cables.arms[:, k, 0]
+            charts[c, :, 3 + k] = b if HALF_TURNS[c, k] > 0.0 else -b[:, ::-1]
+    return charts
+
+
+def quaternion_of(chart: int, z: Floats) -> Quaternion:
+    """Return (w, x, y, z) of R(u) D_c, not normalised; its entries are exactly 1 and those of u, signed."""
+    x, y, z_ = z[:3].tolist()
+    products = (
+        (1.0, x, y, z_),
+        (-x, 1.0, z_, -y),
+        (-y, -z_, 1.0, x),
+        (-z_, y, -x, 1.0),
+    )
+    return products[chart]
+
+
+def chart_of(quaternion: Quaternion) -> tuple[int, tuple[float, float, float]]:
+    """Return the chart c and u, all entries at most 1, with R(u) D_c near the rotation of a quaternion."""
+    sizes = [abs(q) for q in quaternion]
+    chart = sizes.index(max(sizes))
+    w, x, y, z = (q / quaternion[chart] for q in quaternion)
+    # The inverses of ``quaternion_of``.
+    return chart, ((x, y, z), (-w, -z, y), (z, -w, -x), (-y, x, -w))[chart]

@@ -1,0 +1,336 @@
+"""A path of the platform: planned by inverse kinematics, and proved step by step before winches run it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cdpr_interval.driver.reference import Reference
+from cdpr_interval.driver.setpoints import PEAK_ACCELERATION, PEAK_SPEED, smooth
+from cdpr_interval.driver.winch import bounds
+from cdpr_interval.errors import CdprError
+from cdpr_interval.mechanics.orientation import quaternion_from_rotation
+from cdpr_interval.robots.cable_robot import Robot
+from cdpr_interval.robots.winch import WinchLimits
+from solvers.answers.result import CableState
+from solvers.kinematics.inverse import inverse_kinematics
+from solvers.point_mass.controller import PointMass
+from solvers.questions.pose import Pose
+from solvers.six_dof.tracker import Tracker
+from solvers.winches.where import MeasuredPose, whereabouts
+
+Floats = NDArray[np.float64]
+Ranges = Sequence[tuple[float, float]]
+
+SHARE = 0.8
+"""Of the speed and acceleration limits, used by a path; the rest is for corrections by marks."""
+WAYPOINTS = 64
+"""At which the lengths are computed before the time of the path is known."""
+CYCLES_A_PIECE = 4
+"""Cycles of the path that are proved in one go, as ranges of lengths."""
+ROUNDED_UP = 1 + 1e-9
+"""Covers the rounding of half widths, a billionth of a millimetre."""
+MOST_HALVINGS = 10
+"""Of a piece that could not be proved as a whole."""
+
+
+HalfWidths = Callable[[Sequence[float]], Sequence[float]]
+
+
+class PathRefused(CdprError):
+    """The path is not proved to be safe; nothing was moved."""
+
+
+@dataclass(frozen=True)
+class Path:
+    """Set-points, one a cycle, every one between the limits, with a certified pose all along."""
+
+    times: Floats
+    """(K,) s, from one cycle on."""
+    lengths: Floats
+    """(K, N) m, unstretched."""
+    taut: tuple[int, ...]
+    """Cables proved taut all along."""
+    tensions: Floats
+    """(N, 2) N: proved bounds over the whole path."""
+    uncertainty: Floats
+    """(N,) m: so much may the lengths differ from the set-points in the proofs; 0 for a platform."""
+    margins: Floats
+    """(N,) m: least distance to a length limit."""
+    speeds: Floats
+    """(N,) m/s: largest."""
+    accelerations: Floats
+    """(N,) m/s^2: largest."""
+    pieces: int
+    """Proofs."""
+
+    @property
+    def points(self) -> list[tuple[float, list[float]]]:
+        """Times and lengths as `WinchGroup.follow` takes them."""
+        return [(float(t), row) for t, row in zip(self.times, self.lengths.tolist(), strict=True)]
+
+
+def plan(
+    robot: Robot,
+    limits: Sequence[WinchLimits],
+    commanded: Sequence[float],
+    ranges: Ranges,
+    goal: Pose,
+    duration: float | None = None,
+    settle: bool = False,
+    half_widths: HalfWidths | None = None,
+) -> Path:
+    """Plan and prove a path to a pose.
+
+    A point mass goes in a straight line; for a platform the lengths change in proportion, because few cables
+    hold it in few poses only.
+
+    Parameters
+    ----------
+    robot : Robot
+    limits : sequence of WinchLimits
+    commanded : sequence of N floats
+        m: lengths that the drives hold.
+    ranges : sequence of (lo, hi)
+        m: what is known of the lengths at the start.
+    goal : Pose
+    duration : float, optional
+        s; the default is the shortest the limits allow.
+    settle : bool
+        Move the goal to the nearest static pose first.
+    half_widths : callable, optional
+        From set-points in m to how far each length may be from its own, in m (`half_widths_of`): drum
+        tolerances add up along the way. Default: as far as at the start.
+
+    Raises
+    ------
+    PathRefused
+        With the place and the reason: a limit, a slack or overloaded cable, a pose that is not proved.
+    """
+    held = np.array(commanded, dtype=np.float64)
+    here = _here(robot, ranges)
+    way = _Way(robot, held, here, goal, settle)
+    _require_limits(robot, limits, np.array([way.lengths(k / WAYPOINTS) for k in range(WAYPOINTS + 1)]))
+    cycle = float(robot.winches.cycle)
+    seconds = _shortest(way, limits) if duration is None else duration
+    steps = max(math.ceil(seconds / cycle), 1)
+    times: Floats = cycle * np.arange(1, steps + 1, dtype=np.float64) + float(robot.winches.lookahead)
+    lengths = np.array([way.lengths(smooth(k / steps)) for k in range(1, steps + 1)], dtype=np.float64)
+    _require_limits(robot, limits, lengths)
+    speeds, accelerations = _rates(np.vstack([held, held, lengths, lengths[-1:]]), cycle)
+    _require_rates(robot, limits, speeds, accelerations)
+    rows = np.vstack([held, lengths])
+    # A platform's pose can be followed for a tenth of a millimetre only: the proof is for the set-points.
+    widths = _widths(rows, held, ranges, half_widths) if robot.is_point_mass else np.zeros_like(rows)
+    tensions, pieces = _proved(robot, here, rows, widths)
+    ends = np.array([[float(x) for x in one.length] for one in limits])
+    margins = np.minimum(lengths - ends[:, 0], ends[:, 1] - lengths).min(axis=0)
+    return Path(
+        times, lengths, here.taut, tensions, widths.max(axis=0), margins, speeds, accelerations, pieces
+    )
+
+
+def half_widths_of(references: Sequence[Reference]) -> HalfWidths:
+    """Return how far each length may be from its set-point, by the references of the cables.
+
+    A mark on the way only narrows that, and its correction lies in it.
+    """
+
+    def widths(lengths: Sequence[float]) -> list[float]:
+        found = []
+        for reference, length in zip(references, lengths, strict=True):
+            counts = reference.model.counts(Fraction(length) - reference.offset)
+            lo, hi = bounds(reference.length_range(counts))
+            found.append(max(hi - length, length - lo))
+        return found
+
+    return widths
+
+
+def _widths(rows: Floats, held: Floats, ranges: Ranges, half_widths: HalfWidths | None) -> Floats:
+    """Return (K, N) half widths for all set-points, a little rounded up."""
+    if half_widths is None:
+        start = np.abs(np.array(ranges) - held[:, None]).max(axis=1)
+        return np.broadcast_to(start, rows.shape) * ROUNDED_UP
+    return np.array([half_widths(row) for row in rows.tolist()]) * ROUNDED_UP
+
+
+def _here(robot: Robot, ranges: Ranges) -> MeasuredPose:
+    """Return the pose from which the path starts."""
+    known = whereabouts(robot, ranges)
+    if len(known.poses) != 1:
+        raise PathRefused(f"the start is not known: {known.message}")
+    (here,) = known.poses
+    if not here.is_decided:
+        raise PathRefused("the start is not proved: a cable may be taut or slack")
+    return here
+
+
+class _Way:
+    """Lengths along the way from where the platform is to the goal."""
+
+    def __init__(self, robot: Robot, held: Floats, here: MeasuredPose, goal: Pose, settle: bool) -> None:
+        self._robot, self._held = robot, held
+        self._start = np.array(here.point)
+        self._rotation = goal.rotation
+        end = inverse_kinematics(
+            robot,
+            goal.position,
+            goal.rotation,
+            taut=list(here.taut),
+            settle=settle and not robot.is_point_mass,
+        )
+        if end.lengths is None or not end.is_static:
+            raise PathRefused(f"the goal is no static pose: {end.message}")
+        if end.settling is not None and not end.settling.succeeded:
+            raise PathRefused(f"the goal could not be settled: {end.message}")
+        self._end = np.array(end.position)
+        self._last = np.array(end.lengths)
+        self._taut = list(here.taut)
+        # What the winches hold differs from what inverse kinematics would choose; the difference fades out.
+        self._offset = held - self._by_pose(0.0) if robot.is_point_mass else None
+
+    def _by_pose(self, share: float) -> Floats:
+        place = self._start + share * (self._end - self._start)
+        found = inverse_kinematics(self._robot, place, taut=self._taut).lengths
+        if found is None:
+            raise PathRefused(f"no tensions hold the load at {_shown(place)} m")
+        return np.array(found)
+
+    def lengths(self, share: float) -> Floats:
+        """Return the lengths in m after a share of the way."""
+        if self._offset is None:
+            return self._held + share * (self._last - self._held)
+        return self._by_pose(share) + (1 - share) * self._offset
+
+
+def _shortest(way: _Way, limits: Sequence[WinchLimits]) -> float:
+    """Return a time in s in which every winch can do it, by the rates over the share of the way."""
+    rows = np.array([way.lengths(k / WAYPOINTS) for k in range(WAYPOINTS + 1)])
+    slopes = np.abs(np.diff(rows, axis=0)).max(axis=0) * WAYPOINTS
+    bends = np.abs(np.diff(rows, n=2, axis=0)).max(axis=0) * WAYPOINTS**2
+    seconds = 0.0
+    for slope, bend, one in zip(slopes, bends, limits, strict=True):
+        speed, acceleration = SHARE * float(one.velocity), SHARE * float(one.acceleration)
+        by_speed = PEAK_SPEED * slope / speed
+        by_acceleration = math.sqrt((PEAK_ACCELERATION * slope + PEAK_SPEED**2 * bend) / acceleration)
+        seconds = max(seconds, by_speed, by_acceleration)
+    return seconds
+
+
+def _rates(rows: Floats, cycle: float) -> tuple[Floats, Floats]:
+    steps = np.diff(rows, axis=0) / cycle
+    return np.abs(steps).max(axis=0), np.abs(np.diff(steps, axis=0) / cycle).max(axis=0)
+
+
+def _require_limits(robot: Robot, limits: Sequence[WinchLimits], rows: Floats) -> None:
+    for i, one in enumerate(limits):
+        low, high = (float(limit) for limit in one.length)
+        worst = rows[:, i][np.argmax(np.maximum(low - rows[:, i], rows[:, i] - high))]
+        if not low <= worst <= high:
+            name = robot.cable_names[i]
+            raise PathRefused(f"{name}: the path needs {worst:.4f} m, limits {low:g} to {high:g} m")
+
+
+def _require_rates(
+    robot: Robot, limits: Sequence[WinchLimits], speeds: Floats, accelerations: Floats
+) -> None:
+    for name, one, speed, acceleration in zip(robot.cable_names, limits, speeds, accelerations, strict=True):
+        if speed > one.velocity or acceleration > one.acceleration:
+            fastest, strongest = float(one.velocity), float(one.acceleration)
+            got = f"{speed:.3f} m/s and {acceleration:.3f} m/s2"
+            raise PathRefused(f"{name}: needs {got}, limits {fastest:g} and {strongest:g}: give it more time")
+
+
+def _proved(robot: Robot, here: MeasuredPose, rows: Floats, widths: Floats) -> tuple[Floats, int]:
+    """Prove a pose for all lengths along the path; return bounds of the tensions, and how many proofs."""
+    prover = _PointProver(robot, here) if robot.is_point_mass else _PlatformProver(robot, here)
+    prover.refutes(np.stack([rows[0], rows[0]], axis=-1))
+    total = 0
+    for first in range(0, len(rows) - 1, CYCLES_A_PIECE):
+        piece = slice(first, first + CYCLES_A_PIECE + 1)
+        total += _proved_piece(prover, rows[piece], widths[piece].max(axis=0), MOST_HALVINGS)
+    return prover.tensions, total
+
+
+def _proved_piece(prover: _PointProver | _PlatformProver, rows: Floats, width: Floats, halvings: int) -> int:
+    ranges = np.stack([rows.min(axis=0) - width, rows.max(axis=0) + width], axis=-1)
+    reason = prover.refutes(ranges)
+    if not reason:
+        return 1
+    if not halvings or (len(rows) == 2 and np.ptp(rows, axis=0).max() < width.max() / 2):
+        raise PathRefused(f"near the lengths {_shown(rows[0])} m: {reason}")
+    if len(rows) == 2:
+        rows = np.vstack([rows[:1], rows.mean(axis=0), rows[1:]])
+    middle = len(rows) // 2
+    return sum(
+        _proved_piece(prover, part, width, halvings - 1) for part in (rows[: middle + 1], rows[middle:])
+    )
+
+
+class _Prover:
+    """What must hold for ranges of lengths: a certified pose, the same cables taut, tensions in limits."""
+
+    def __init__(self, robot: Robot, here: MeasuredPose) -> None:
+        self._robot, self._here = robot, here
+        self.tensions: Floats = here.tensions.copy()
+
+    def _accept(self, states: Sequence[CableState], tensions: Floats) -> str:
+        """Return why a proved pose is refused; empty when it is accepted."""
+        for i, (now, start) in enumerate(zip(states, self._here.states, strict=True)):
+            name = self._robot.cable_names[i]
+            if now is not start:
+                return f"{name} is {start.value} at the start, {now.value} here"
+            limits = self._robot.cables[i].tension_limits
+            lo, hi = tensions[i]
+            if now is CableState.TAUT and limits is not None and not (limits[0] <= lo and hi <= limits[1]):
+                low, high = (float(limit) for limit in limits)
+                return f"{name} may carry {lo:.6g} to {hi:.6g} N, limits {low:g} to {high:g} N"
+        self.tensions[:, 0] = np.minimum(self.tensions[:, 0], tensions[:, 0])
+        self.tensions[:, 1] = np.maximum(self.tensions[:, 1], tensions[:, 1])
+        return ""
+
+
+class _PointProver(_Prover):
+    """A point mass: the one pose anywhere."""
+
+    def __init__(self, robot: Robot, here: MeasuredPose) -> None:
+        super().__init__(robot, here)
+        self._solver = PointMass(robot)
+
+    def refutes(self, ranges: Floats) -> str:
+        """Return why ranges of lengths are refused; empty when they are proved."""
+        pose = self._solver.solve(ranges.tolist())
+        if not pose.proved:
+            return pose.reason
+        return self._accept(pose.states, pose.tensions)
+
+
+class _PlatformProver(_Prover):
+    """A platform: the pose that goes on from the last one."""
+
+    def __init__(self, robot: Robot, here: MeasuredPose) -> None:
+        super().__init__(robot, here)
+        self._tracker = Tracker(robot, here.solution)
+
+    def refutes(self, ranges: Floats) -> str:
+        """Return why ranges of lengths are refused; empty when they are proved."""
+        pose = self._tracker.update(ranges)
+        if not pose.tracked:
+            return pose.reason
+        return self._accept(pose.states, pose.tensions)
+
+
+def _shown(values: Floats) -> str:
+    return "(" + ", ".join(f"{x:.4f}" for x in values) + ")"
+
+
+def goal_text(goal: Pose) -> str:
+    """Return a goal for a message."""
+    w, x, y, z = quaternion_from_rotation(goal.rotation)
+    return f"{_shown(goal.position)} m, quaternion ({w:.4f}, {x:.4f}, {y:.4f}, {z:.4f})"
