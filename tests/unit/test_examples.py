@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -36,10 +37,8 @@ def drawn(folder: Path, *options: str) -> tuple[list[str], str]:
     printed = subprocess.run(
         [*command, f"--rootdir={folder}", str(file)], cwd=ROOT, capture_output=True, text=True, check=True
     ).stdout
-    lines = printed.splitlines()
-    return [line for line in lines if "drawn" in line], next(
-        x for x in lines if x.startswith("property tests:")
-    )
+    header = next(line for line in printed.splitlines() if line.startswith("property tests:"))
+    return re.findall(r"drawn (\d+)", printed), header
 
 
 def test_the_suite_draws_the_same_examples_on_every_run(tmp_path):
