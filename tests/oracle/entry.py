@@ -71,7 +71,7 @@ class Entry:
             return pose
         columns = wrenches(system, pose, np.array(subset))
         load = np.concatenate([system.load, np.zeros(len(columns) - 3)])
-        return Pose(pose.p, rotation, np.linalg.lstsq(columns, -load)[0])
+        return Pose(pose.p, rotation, np.linalg.lstsq(columns, -load, rcond=None)[0])
 
     def starts(self, system: System, subset: tuple[int, ...]) -> Iterator[Pose]:
         """Yield the nominal pose and, where a family leaves cables open, the member with most slack."""
