@@ -19,10 +19,11 @@ from functools import cache
 from multiprocessing import get_context
 from pathlib import Path
 
+from cdpr_interval.mechanics.stability import Stability
 from cdpr_interval.robots.cable_robot import Cable, Elasticity, Platform, Robot
 from cdpr_interval.robots.formats.reader import load_robot
 from solvers import PointMass, Tracker, forward_kinematics
-from solvers.answers.result import Outcome, Solution, Stability
+from solvers.answers.data import Outcome, Solution
 
 ROOT = Path(__file__).resolve().parents[1]
 DATA = ROOT / "tests" / "reference" / "data"

@@ -19,12 +19,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cdpr_interval import load_robot
+from cdpr_interval.exact.range import LengthRange
 from cdpr_interval.robots.cable_robot import Robot
 from solvers import forward_kinematics, inverse_kinematics
 from solvers.batch.draws import Spread
 from solvers.batch.expansion import MonteCarlo
 from solvers.batch.job import Settings, perturbed
-from solvers.questions.problem import LengthRange
 
 Printed = tuple[tuple[float, float, float], ...]
 """Mean, least and largest deviation of x, y, z in cm and of four tensions in N; empty where not printed."""

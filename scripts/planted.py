@@ -36,7 +36,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parent))
 import planted_point_mass as point
 
 from solvers import forward_kinematics
-from solvers.answers.result import Outcome, StopReason
+from solvers.answers.data import Outcome, StopReason
 from solvers.point_mass.forward import solve as solve_point_mass
 from solvers.questions.problem import Options
 from tests.planted import platform

@@ -13,8 +13,10 @@ import sys
 from dataclasses import dataclass
 from fractions import Fraction
 
-from cdpr_interval.robots.cable_robot import Cable, Elasticity, Platform, Robot, Vector
-from solvers.answers.result import Answer, Bounds, Outcome
+from cdpr_interval.exact.enclosure import Bounds
+from cdpr_interval.exact.vector import Vector
+from cdpr_interval.robots.cable_robot import Cable, Elasticity, Platform, Robot
+from solvers.answers.data import Answer, Outcome
 from solvers.questions.problem import Method, Options, Problem
 
 ORIGIN: Vector = (Fraction(0), Fraction(0), Fraction(0))

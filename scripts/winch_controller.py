@@ -19,8 +19,9 @@ from cdpr_interval.driver.group import WinchGroup
 from cdpr_interval.driver.setpoints import smooth
 from cdpr_interval.driver.simulated_drive import SimulatedDrive
 from cdpr_interval.driver.simulator import SimulatedBus
+from cdpr_interval.exact.range import Range
 from cdpr_interval.robots.cable_robot import Robot
-from cdpr_interval.robots.winch import HelicalDrum, Range, Winch, WinchLimits
+from cdpr_interval.robots.winch import HelicalDrum, Winch, WinchLimits
 from solvers import Tracker, forward_kinematics
 from solvers.six_dof.tracked_pose import TrackedPose
 

@@ -9,12 +9,12 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from solvers.answers.data import Outcome, Solution, StopReason
     from solvers.answers.inverse import IkResult
-    from solvers.answers.result import Outcome, Result, Solution, StopReason
+    from solvers.answers.result import Result
     from solvers.forward import forward_kinematics
     from solvers.kinematics.inverse import inverse_kinematics
-    from solvers.point_mass.controller import PointMass
-    from solvers.point_mass.pose import PointMassPose, PoseStatus
+    from solvers.point_mass.controller import PointMass, PointMassPose, PoseStatus
     from solvers.polynomial import polynomial_report
     from solvers.six_dof.tracked_pose import TrackedPose, TrackStatus
     from solvers.six_dof.tracker import Tracker
@@ -22,13 +22,13 @@ if TYPE_CHECKING:
 
 _HOMES = {
     "IkResult": "solvers.answers.inverse",
-    "Outcome": "solvers.answers.result",
+    "Outcome": "solvers.answers.data",
     "PointMass": "solvers.point_mass.controller",
-    "PointMassPose": "solvers.point_mass.pose",
-    "PoseStatus": "solvers.point_mass.pose",
+    "PointMassPose": "solvers.point_mass.controller",
+    "PoseStatus": "solvers.point_mass.controller",
     "Result": "solvers.answers.result",
-    "Solution": "solvers.answers.result",
-    "StopReason": "solvers.answers.result",
+    "Solution": "solvers.answers.data",
+    "StopReason": "solvers.answers.data",
     "TrackStatus": "solvers.six_dof.tracked_pose",
     "TrackedPose": "solvers.six_dof.tracked_pose",
     "Tracker": "solvers.six_dof.tracker",

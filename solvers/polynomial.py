@@ -16,13 +16,15 @@ from flint import arb, arb_mat, fmpq, fmpz_poly
 
 from cdpr_interval.errors import InputError, NotSupportedError
 from cdpr_interval.exact import balls
+from cdpr_interval.exact.enclosure import Bounds
 from cdpr_interval.robots.cable_robot import Robot
 from cdpr_interval.symbolic import inextensible, planar
 from cdpr_interval.symbolic.eliminant import MOST_CABLES, Eliminant, eliminant
 from cdpr_interval.symbolic.elimination import Vanishes
 from cdpr_interval.symbolic.statics import Statics
-from solvers.answers.result import Bounds, Result
+from solvers.answers.result import Result
 from solvers.forward import answer_question, pose_problem
+from solvers.point_mass import scope as point_mass
 from solvers.questions.problem import Method, Options, Problem
 from solvers.tensions import TensionProblem, height, solve_tensions, tension_problem
 
@@ -178,7 +180,7 @@ def polynomial_report(
     refuse_ranges(problem.lengths, "lengths")
     chosen = problem.taut if problem.taut is not None else tuple(range(len(robot.cables)))
     problem = Problem(robot, problem.lengths, problem.external_force, chosen)
-    if not robot.is_point_mass:
+    if not point_mass.accepts(robot):
         return of_platform(problem, chosen)
     return of_springs(problem, chosen) if robot.is_elastic else of_spheres(problem, chosen)
 
@@ -336,7 +338,7 @@ def of_platform(problem: Problem, chosen: Sequence[int]) -> Report:
     """Report on two cables of a platform."""
     if len(chosen) != 2:
         raise NotSupportedError(f"a platform: eliminants are derived of two taut cables, not {len(chosen)}")
-    anchors, load = problem.anchors_from_centre, [rational(v) for v in problem.load]
+    anchors, load = problem.loaded.arms, [rational(v) for v in problem.load]
     data = planar.Planar(
         exits_of(problem.robot, chosen),
         [[rational(v) for v in anchors[i]] for i in chosen],
@@ -383,7 +385,9 @@ def add_planar(report: Report, problem: Problem, data: planar.Planar, side: int)
 
 def compared(report: Report, problem: Problem, chosen: Sequence[int]) -> Comparison:
     """Compare with the interval search of the same subset, the other cables ignored."""
-    options = Options(ignore_slack=True, method=Method.SEARCH if problem.robot.is_point_mass else Method.AUTO)
+    options = Options(
+        ignore_slack=True, method=Method.SEARCH if point_mass.accepts(problem.robot) else Method.AUTO
+    )
     return agreement(report, answer_question(problem, options), chosen)
 
 

@@ -22,9 +22,22 @@ from numpy.typing import NDArray
 
 from cdpr_interval.errors import InputError, NotSupportedError
 from cdpr_interval.exact import balls
-from cdpr_interval.robots.cable_robot import Cable, Robot, Vector
-from solvers.answers.result import Answer, CableState, Nominal, Proof, Result, Solution, Stability, Undecided
-from solvers.forward import build_result, refuse_unsupported
+from cdpr_interval.exact.vector import Vector
+from cdpr_interval.mechanics.loaded import loaded
+from cdpr_interval.mechanics.stability import Stability
+from cdpr_interval.robots.cable_robot import Cable, Robot
+from solvers.answers.data import (
+    Answer,
+    CableState,
+    Nominal,
+    Proof,
+    Solution,
+    Undecided,
+)
+from solvers.answers.result import Result
+from solvers.classes import require_supported
+from solvers.forward import build_result
+from solvers.point_mass import scope as point_mass
 from solvers.point_mass.entry import IDENTITY
 from solvers.questions.errors import InputErrors
 from solvers.questions.force import NO_LOAD, ZERO, read_force
@@ -55,7 +68,7 @@ class TensionProblem:
     @property
     def load(self) -> Vector:
         """The force f on the mass, N, base axes."""
-        return Problem(self.robot, (), self.external_force).load
+        return loaded(self.robot, self.external_force).load
 
 
 def tension_problem(
@@ -71,11 +84,11 @@ def tension_problem(
         ranges = errors.read(read_tensions, tensions, [names[i] for i in chosen])
     errors.require_none()
     assert chosen is not None and ranges is not None
-    if not robot.is_point_mass:
+    if not point_mass.accepts(robot):
         raise NotSupportedError(
             f"robot '{robot.name}': given tensions are for point masses, this is a platform"
         )
-    refuse_unsupported(robot)
+    require_supported(robot)
     problem = TensionProblem(robot, chosen, ranges, force)
     if not any(problem.load):
         errors.add(NO_LOAD)

@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 
 from certificates.verdicts import Report, Verdict
-from solvers.answers.result import Result, Solution
+from solvers.answers.data import Solution
+from solvers.answers.result import Result
 from tests.honest_certificates import Document
 from tests.listed_bounds import every_bound
 

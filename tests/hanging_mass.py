@@ -7,16 +7,16 @@ from fractions import Fraction
 
 import numpy as np
 
+from cdpr_interval.mechanics.stability import Stability
 from cdpr_interval.robots.cable_robot import Robot
 from cdpr_interval.robots.formats.reader import parse_robot
-from solvers.answers.result import (
+from solvers.answers.data import (
     Answer,
     CableState,
     Nominal,
     Outcome,
     Proof,
     Solution,
-    Stability,
     StopReason,
     SubsetReport,
     Undecided,

@@ -7,7 +7,7 @@ from typing import Any
 
 from certificates.container import write
 from certificates.tree import Node
-from solvers.answers.result import Answer
+from solvers.answers.data import Answer
 from solvers.forward import answer_question, build_result, pose_problem
 from solvers.proofs.document import certificate_document
 from solvers.proofs.entries import subset_entries

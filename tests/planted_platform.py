@@ -11,7 +11,8 @@ from itertools import combinations
 
 import numpy as np
 
-from cdpr_interval.mechanics.six_dof.arrays import Model, Range, RangeVector, build_model
+from cdpr_interval.exact.range import Range, RangeVector
+from cdpr_interval.mechanics.six_dof.arrays import Model, build_model
 
 Vector = list[Fraction]
 HALF_TURN_SIGNS = ((1, 1, 1), (1, -1, -1), (-1, 1, -1), (-1, -1, 1))

@@ -15,8 +15,10 @@ from cdpr_interval.mechanics.orientation import (
     rotation_from_vector,
     vector_from_rotation,
 )
+from cdpr_interval.mechanics.stability import Stability
 from cdpr_interval.robots.cable_robot import Robot
-from solvers.answers.result import CableState, Nominal, Proof, Result, Solution, Stability
+from solvers.answers.data import CableState, Nominal, Proof, Solution
+from solvers.answers.result import Result
 from solvers.six_dof.tracked_pose import Region, TrackedPose
 
 Floats = NDArray[np.float64]

@@ -10,6 +10,7 @@ from cdpr_interval.driver.bus import Command
 from cdpr_interval.driver.group import WinchGroup
 from cdpr_interval.driver.simulated_drive import SimulatedDrive
 from cdpr_interval.driver.simulator import SimulatedBus
+from cdpr_interval.exact.range import Range
 from cdpr_interval.robots.cable_robot import Robot
 from cdpr_interval.robots.winch import (
     HelicalDrum,
@@ -17,7 +18,6 @@ from cdpr_interval.robots.winch import (
     Mark,
     MarkSensor,
     MultilayerDrum,
-    Range,
     TableDrum,
     Winch,
     WinchLimits,

@@ -14,7 +14,8 @@ from cdpr_interval.driver.interlocks import OVERSPEED, Interlock, Stopped, Viola
 from cdpr_interval.driver.marks import MarkEvent, MarkWatch
 from cdpr_interval.driver.reference import Known, Reference, ReferenceState, home
 from cdpr_interval.driver.winch import WinchModel
-from cdpr_interval.robots.winch import Range, Winch, WinchLimits
+from cdpr_interval.exact.range import Range
+from cdpr_interval.robots.winch import Winch, WinchLimits
 
 ZERO = Fraction(0)
 SPEED_CYCLES = 5

@@ -15,7 +15,8 @@ from itertools import pairwise
 from cdpr_interval.driver.polyline import Polyline
 from cdpr_interval.errors import CdprError
 from cdpr_interval.exact.irrational import PI, outward, square_root
-from cdpr_interval.robots.winch import Drum, HelicalDrum, LinearDrum, MultilayerDrum, Range, TableDrum
+from cdpr_interval.exact.range import Range
+from cdpr_interval.robots.winch import Drum, HelicalDrum, LinearDrum, MultilayerDrum, TableDrum
 
 ZERO = Fraction(0)
 TWO_PI = PI + PI

@@ -18,8 +18,8 @@ from cdpr_interval.driver.simulator import SimulatedBus
 from cdpr_interval.driver.snapshot import GroupState, Snapshot
 from cdpr_interval.driver.supervisor import Supervisor
 from cdpr_interval.errors import CdprError, InputError
+from cdpr_interval.exact.range import Range
 from cdpr_interval.robots.cable_robot import Robot
-from cdpr_interval.robots.winch import Range
 
 PATIENCE = 5.0
 """s to wait for the drives; they have less themselves."""

@@ -14,7 +14,8 @@ from functools import cached_property
 from typing import Any
 
 from cdpr_interval.driver.reference import Reference
-from cdpr_interval.robots.winch import Mark, MarkSensor, Range
+from cdpr_interval.exact.range import Range
+from cdpr_interval.robots.winch import Mark, MarkSensor
 
 ZERO = Fraction(0)
 GRACE_CYCLES = 3

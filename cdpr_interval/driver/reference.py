@@ -8,7 +8,7 @@ from fractions import Fraction
 from functools import cached_property
 
 from cdpr_interval.driver.winch import WinchModel
-from cdpr_interval.robots.winch import Range
+from cdpr_interval.exact.range import Range
 
 ZERO = Fraction(0)
 

@@ -9,7 +9,7 @@ from fractions import Fraction
 from cdpr_interval.driver.axis import Axis
 from cdpr_interval.driver.setpoints import Lengths, Stream, sampled, smooth_time
 from cdpr_interval.errors import CdprError, InputError
-from cdpr_interval.robots.winch import Range
+from cdpr_interval.exact.range import Range
 
 FURTHEST_SETPOINT = 10.0
 """s ahead of now."""

@@ -13,7 +13,8 @@ from cdpr_interval.driver.counter import nearest, wrapped
 from cdpr_interval.driver.drum import DrumLaw, OffTheDrum
 from cdpr_interval.driver.marks import length_at
 from cdpr_interval.driver.winch import WinchModel
-from cdpr_interval.robots.winch import Range, Winch
+from cdpr_interval.exact.range import Range
+from cdpr_interval.robots.winch import Winch
 
 SPARE_SPEED = 2
 """The motor can turn this much faster than the winch's limit."""

@@ -13,8 +13,8 @@ from typing import Any
 from cdpr_interval.driver.reference import Known, Reference, ReferenceState
 from cdpr_interval.driver.winch import WinchModel
 from cdpr_interval.errors import InputError
+from cdpr_interval.exact.range import Range
 from cdpr_interval.robots.cable_robot import Robot
-from cdpr_interval.robots.winch import Range
 
 STATE_FORMAT = "cdpr-winch-state/1"
 LARGEST_FILE = 1_000_000

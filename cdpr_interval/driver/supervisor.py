@@ -24,8 +24,8 @@ from cdpr_interval.driver.requests import Refused
 from cdpr_interval.driver.setpoints import Slowing, Stream
 from cdpr_interval.driver.snapshot import GroupState, Snapshot, pictured
 from cdpr_interval.errors import InputError
+from cdpr_interval.exact.range import Range
 from cdpr_interval.robots.cable_robot import Robot
-from cdpr_interval.robots.winch import Range
 
 SLEW = 1e-3
 """Share of a cycle by which the clock of the path may differ from the one of the bus, to meet it."""

@@ -8,7 +8,8 @@ from fractions import Fraction
 from functools import cached_property
 
 from cdpr_interval.driver.drum import DrumLaw, law_of
-from cdpr_interval.robots.winch import Range, Winch
+from cdpr_interval.exact.range import Range
+from cdpr_interval.robots.winch import Winch
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,7 @@ from flint import arb, arb_mat, ctx, fmpq
 from numpy.typing import NDArray
 
 from cdpr_interval.exact.enclosure import enclose
-from cdpr_interval.mechanics.six_dof.arrays import Range
+from cdpr_interval.exact.range import Range
 
 Floats = NDArray[np.float64]
 

@@ -3,9 +3,18 @@
 from __future__ import annotations
 
 import math
+import sys
+from collections.abc import Iterable
 from fractions import Fraction
 
-from cdpr_interval.kernels.rounding import LARGEST
+import numpy as np
+from numpy.typing import NDArray
+
+from cdpr_interval.exact.range import LengthRange
+
+Bounds = NDArray[np.float64]
+"""(lo, hi) on the last axis."""
+LARGEST = sys.float_info.max
 
 
 def enclose(x: Fraction) -> tuple[float, float]:
@@ -39,3 +48,12 @@ def enclose(x: Fraction) -> tuple[float, float]:
     if excess < 0:
         return nearest, math.nextafter(nearest, math.inf)
     return math.nextafter(nearest, -math.inf), nearest
+
+
+def length_bounds(lengths: Iterable[LengthRange]) -> Bounds:
+    """Return the tightest doubles around exact ranges, (N, 2)."""
+    rows = []
+    for lo, hi in lengths:
+        below = enclose(lo)
+        rows.append(below if lo is hi else (below[0], enclose(hi)[1]))
+    return np.array(rows, dtype=np.float64)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from fractions import Fraction
 
-from cdpr_interval.robots.winch import Range
+from cdpr_interval.exact.range import Range
 
 BITS = 96
 """Fractional bits of a bound: 1e-29 m, far below any encoder, and fractions stay short."""
@@ -25,3 +25,13 @@ def square_root(value: Range) -> Range:
     below = math.isqrt(math.floor(value.lo * scale))
     above = math.isqrt(math.ceil(value.hi * scale)) + 1
     return Range(Fraction(below, 1 << BITS), Fraction(above, 1 << BITS))
+
+
+def root_bounds(x: Fraction) -> tuple[Fraction, Fraction]:
+    """Enclose the square root of a positive rational to about 80 bits."""
+    shift = max(0, 160 - x.numerator.bit_length() + x.denominator.bit_length())
+    shift += shift % 2
+    scaled = (x.numerator << shift) // x.denominator
+    low = math.isqrt(scaled)
+    unit = Fraction(1, 1 << (shift // 2))
+    return low * unit, (low + 1) * unit

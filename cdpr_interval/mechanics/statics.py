@@ -13,12 +13,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cdpr_interval.errors import InputError
+from cdpr_interval.exact.vector import Vector
+from cdpr_interval.mechanics.loaded import loaded
 from cdpr_interval.mechanics.orientation import rotation_from_vector, vector_from_rotation
-from cdpr_interval.robots.cable_robot import Robot, Vector
-from solvers.questions.pose import Pose
-from solvers.questions.problem import Problem
+from cdpr_interval.robots.cable_robot import Robot
 
 Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Pose:
+    """Platform origin in the base frame and rotation from platform to base, plain floats."""
+
+    position: NDArray[np.float64]
+    """(3,) m."""
+    rotation: NDArray[np.float64]
+    """(3, 3)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,17 +44,18 @@ class StaticModel:
     """G, (3,) m, platform frame."""
     load: Floats
     """(3,) N, base axes: weight and external force."""
-    is_point_mass: bool
+    rows: int
+    """Of a wrench: 6, or 3 where there are no moments (all cables end at G)."""
 
     @property
     def radius(self) -> float:
         """Largest distance of a platform point from G, m; 1 for a point mass."""
-        return 1.0 if self.is_point_mass else float(np.linalg.norm(self.anchors, axis=1).max())
+        return 1.0 if self.rows == 3 else float(np.linalg.norm(self.anchors, axis=1).max())
 
     @property
     def load_wrench(self) -> Floats:
         """The load as a scaled wrench, (3,) or (6,) N."""
-        return self.load if self.is_point_mass else np.concatenate([self.load, np.zeros(3)])
+        return self.load if self.rows == 3 else np.concatenate([self.load, np.zeros(3)])
 
     def arms_and_cables(self, pose: Pose) -> tuple[Floats, Floats]:
         """Return r_i = R (B_i - G) and e_i = A_i - p - R B_i, both (N, 3) m, base axes."""
@@ -69,7 +80,7 @@ class StaticModel:
         """Return the scaled wrench of unit tension of each cable, (3 or 6, N)."""
         arms, cables = self.arms_and_cables(pose)
         units = cables / self.distances(pose)[:, None]
-        if self.is_point_mass:
+        if self.rows == 3:
             return units.T
         return np.vstack([units.T, np.cross(arms, units).T / self.radius])
 
@@ -90,12 +101,12 @@ class StaticModel:
             swing = np.hstack([np.zeros((3, 3)), -_cross_matrix(arm) / self.radius])
             total[:3] += tension * turning
             total[3:] += tension / self.radius * (_cross_matrix(arm) @ turning - _cross_matrix(unit) @ swing)
-        return total[:3, :3] if self.is_point_mass else total
+        return total[:3, :3] if self.rows == 3 else total
 
     def moved(self, pose: Pose, step: Floats) -> Pose:
         """Return the pose after a step in the columns of `wrench_derivative`."""
         centre = pose.position + pose.rotation @ self.centre + step[:3]
-        if self.is_point_mass:
+        if self.rows == 3:
             return Pose(centre - pose.rotation @ self.centre, pose.rotation)
         turned = rotation_from_vector(step[3:] / self.radius) @ pose.rotation
         # One Newton step towards the nearest orthogonal matrix keeps rounding from adding up.
@@ -105,21 +116,21 @@ class StaticModel:
     def displacement(self, start: Pose, end: Pose) -> Floats:
         """Return the step from one pose to another, (3,) or (6,) m, as `moved` takes it."""
         shift = end.position - start.position + (end.rotation - start.rotation) @ self.centre
-        if self.is_point_mass:
+        if self.rows == 3:
             return np.asarray(shift)
         return np.concatenate([shift, self.radius * vector_from_rotation(end.rotation @ start.rotation.T)])
 
 
 def static_model(robot: Robot, external_force: Vector) -> StaticModel:
     """Return the float model of a robot; every number is the double nearest to the exact one."""
-    problem = Problem(robot, (), external_force)
+    under_load = loaded(robot, external_force)
     return StaticModel(
         names=robot.cable_names,
         exits=_array(cable.frame_anchor for cable in robot.cables),
-        anchors=_array(problem.anchors_from_centre),
+        anchors=_array(under_load.arms),
         centre=_array([robot.platform.centre_of_mass])[0],
-        load=_array([problem.load])[0],
-        is_point_mass=robot.is_point_mass,
+        load=_array([under_load.load])[0],
+        rows=6 if any(map(any, under_load.arms)) else 3,
     )
 
 

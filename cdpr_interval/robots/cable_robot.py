@@ -6,9 +6,11 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import cached_property
 
+from cdpr_interval.exact.vector import Vector
 from cdpr_interval.robots.winch import Winch, WinchGroupSettings
 
-Vector = tuple[Fraction, Fraction, Fraction]
+POINT_MASS = "point-mass"
+SIX_DOF = "six-dof"
 
 
 @dataclass(frozen=True)
@@ -88,6 +90,11 @@ class Robot:
         """True when every platform anchor is the centre of mass, compared as decimals."""
         centre = self.platform.centre_of_mass
         return all(cable.platform_anchor == centre for cable in self.cables)
+
+    @property
+    def model(self) -> str:
+        """The class of the robot, as results name it: ``point-mass`` or ``six-dof``."""
+        return POINT_MASS if self.is_point_mass else SIX_DOF
 
     @cached_property
     def is_elastic(self) -> bool:

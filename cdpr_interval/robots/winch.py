@@ -8,52 +8,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from fractions import Fraction
 
-
-@dataclass(frozen=True)
-class Range:
-    """A quantity known to lie between two exact bounds; arithmetic encloses."""
-
-    lo: Fraction
-    hi: Fraction
-
-    @property
-    def mid(self) -> Fraction:
-        """The middle: the nominal value."""
-        return (self.lo + self.hi) / 2
-
-    @property
-    def width(self) -> Fraction:
-        """Upper minus lower bound."""
-        return self.hi - self.lo
-
-    def __add__(self, other: Range) -> Range:
-        return Range(self.lo + other.lo, self.hi + other.hi)
-
-    def __sub__(self, other: Range) -> Range:
-        return Range(self.lo - other.hi, self.hi - other.lo)
-
-    def __mul__(self, other: Range) -> Range:
-        products = (self.lo * other.lo, self.lo * other.hi, self.hi * other.lo, self.hi * other.hi)
-        return Range(min(products), max(products))
-
-    def __contains__(self, value: Fraction | int) -> bool:
-        return self.lo <= value <= self.hi
-
-    def meets(self, other: Range) -> bool:
-        """Return whether the two have a point in common."""
-        return self.lo <= other.hi and other.lo <= self.hi
-
-    def intersection(self, other: Range) -> Range:
-        """Return what two ranges that meet have in common."""
-        return Range(max(self.lo, other.lo), min(self.hi, other.hi))
-
-    def hull(self, other: Range) -> Range:
-        """Return the smallest range around both."""
-        return Range(min(self.lo, other.lo), max(self.hi, other.hi))
-
-    def widened(self, by: Fraction | int) -> Range:
-        """Return the range with both bounds moved outwards by a distance."""
-        return Range(self.lo - by, self.hi + by)
+from cdpr_interval.exact.range import Range
 
 
 @dataclass(frozen=True)

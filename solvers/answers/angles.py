@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from solvers.answers.result import Bounds
+from cdpr_interval.exact.enclosure import Bounds
 
 Range = tuple[float, float]
 

@@ -7,14 +7,15 @@ from itertools import combinations
 
 import numpy as np
 
+from cdpr_interval.exact.enclosure import Bounds
+from solvers.answers.data import CableState, Proof, ResultData, Solution, SubsetReport
 from solvers.answers.message import counted, miscounted
-from solvers.answers.result import Bounds, CableState, Proof, Result, Solution, SubsetReport
 
 ROUNDED = 4
 """Widest enclosure of one exact length, in units of its last place."""
 
 
-def contradictions(result: Result) -> Iterator[str]:
+def contradictions(result: ResultData) -> Iterator[str]:
     """Yield what in a result contradicts its own entries."""
     if wrong := miscounted(result.message, result.solutions, result.outcome):
         yield f"message: {wrong}"
@@ -27,7 +28,7 @@ def contradictions(result: Result) -> Iterator[str]:
     yield from _listed_twice(result)
 
 
-def _miscounted_subset(result: Result, subset: SubsetReport) -> Iterator[str]:
+def _miscounted_subset(result: ResultData, subset: SubsetReport) -> Iterator[str]:
     """Check the number of poses of a subset against the entries it can be about."""
     chosen = set(subset.taut)
     own = [s for s in result.solutions if set(s.taut) <= chosen <= set(not_slack(s))]
@@ -47,7 +48,7 @@ def not_slack(solution: Solution) -> tuple[int, ...]:
     return tuple(i for i, state in enumerate(solution.cable_states) if state is not CableState.SLACK)
 
 
-def _listed_twice(result: Result) -> Iterator[str]:
+def _listed_twice(result: ResultData) -> Iterator[str]:
     """Yield pairs of entries one of which lies in the box of the other that holds one pose only."""
     if result.question.ignore_slack or result.question.ignore_tension_sign:
         # There each subset is a robot of its own.
@@ -67,7 +68,7 @@ def _within(inner: Bounds, outer: Bounds) -> bool:
     return bool(np.all(outer[..., 0] <= inner[..., 0]) and np.all(inner[..., 1] <= outer[..., 1]))
 
 
-def claims(result: Result, solution: Solution) -> Iterator[str]:
+def claims(result: ResultData, solution: Solution) -> Iterator[str]:
     """Yield what contradicts the claims of one entry: existence, uniqueness, switching."""
     if not solution.is_proved and not solution.note:
         yield "existence, uniqueness: undecided without a reason in the note"
@@ -84,7 +85,7 @@ def claims(result: Result, solution: Solution) -> Iterator[str]:
             yield f"existence, uniqueness: proved although cable_states[{i}] is undecided over ranges"
 
 
-def _needs_states(result: Result, solution: Solution) -> bool:
+def _needs_states(result: ResultData, solution: Solution) -> bool:
     """Return whether exactly one pose can only be proved by deciding each cable's state.
 
     Convexity proves one pose of a point mass whatever is taut; nothing else does so over ranges.

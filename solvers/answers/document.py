@@ -14,33 +14,34 @@ from typing import Any, TypeVar
 import numpy as np
 
 from cdpr_interval.errors import InputError
-from solvers.answers.result import (
+from cdpr_interval.exact.enclosure import Bounds
+from cdpr_interval.mechanics.stability import Stability
+from solvers.answers.data import (
     FORMAT,
-    Bounds,
     CableState,
     Certainty,
     Family,
-    Json,
     Nominal,
     Outcome,
     Proof,
     Question,
-    Result,
+    ResultData,
     RobotIdentity,
     Solution,
-    Stability,
     Statistics,
     StopReason,
     SubsetReport,
     Tool,
     Undecided,
 )
+from solvers.answers.json_text import Json
 
 T = TypeVar("T")
 S = TypeVar("S", bound=StrEnum)
+R = TypeVar("R", bound=ResultData)
 
 
-def result_to_dict(result: Result) -> Json:
+def result_to_dict(result: ResultData) -> Json:
     """Return the document, its keys in the order of the format."""
     names = result.cables
     question = result.question
@@ -152,8 +153,8 @@ def _finite(value: Any) -> Any:
     return value if math.isfinite(value) else None
 
 
-def result_from_json(source: str | bytes | Mapping[str, Any]) -> Result:
-    """Return the result a ``cdpr-result/1`` document describes; unknown keys are ignored.
+def result_from_json(source: str | bytes | Mapping[str, Any], kind: type[R]) -> R:
+    """Return the result of class ``kind`` a ``cdpr-result/1`` document describes; unknown keys are ignored.
 
     Raises
     ------
@@ -166,7 +167,7 @@ def result_from_json(source: str | bytes | Mapping[str, Any]) -> Result:
     names = tuple(str(name) for name in root.value("cables"))
     count = len(names)
     tool, robot, statistics = root.child("tool"), root.child("robot"), root.child("statistics")
-    return Result(
+    return kind(
         tool=Tool(tool.text("name"), tool.text("version")),
         robot=RobotIdentity(robot.text("name"), robot.text("sha256")),
         model=root.text("model"),

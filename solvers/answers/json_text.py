@@ -5,6 +5,9 @@ from __future__ import annotations
 import json
 from typing import Any
 
+Json = dict[str, Any]
+"""A document of plain lists and dictionaries."""
+
 
 def dumps(document: Any) -> str:
     """Return ``document`` as JSON text, objects indented and lists of plain values on one line.

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 
-from solvers.answers.result import Answer, Outcome, Solution, StopReason
+from solvers.answers.data import Answer, Outcome, Solution, StopReason
 
 _STOPPED = {
     StopReason.TIME_LIMIT: "stopped at the time limit",

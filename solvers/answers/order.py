@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from solvers.answers.result import Solution, Stability, SubsetReport, Undecided
+from cdpr_interval.mechanics.stability import Stability
+from solvers.answers.data import Solution, SubsetReport, Undecided
 
 _RANK = {Stability.STABLE: 0, Stability.UNDECIDED: 1, Stability.UNSTABLE: 2}
 

@@ -6,9 +6,11 @@ import os
 from collections.abc import Sequence
 from typing import TextIO
 
+from cdpr_interval.mechanics.stability import Stability
 from solvers.answers.angles import rpy_enclosures
+from solvers.answers.data import CableState, Certainty, Solution
 from solvers.answers.digits import proved_decimal, proved_significant
-from solvers.answers.result import CableState, Certainty, Result, Solution, Stability
+from solvers.answers.result import Result
 
 DECIMALS = 6
 """Of positions: a micrometre; the JSON holds every digit."""

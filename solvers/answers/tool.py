@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 
-from solvers.answers.result import Tool
+from solvers.answers.data import Tool
 
 NAME = "cdpr-interval"
 

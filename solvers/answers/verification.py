@@ -11,10 +11,11 @@ from collections.abc import Iterable, Iterator, Sequence
 from fractions import Fraction
 from itertools import pairwise
 
+from cdpr_interval.exact.enclosure import Bounds
 from cdpr_interval.robots.cable_robot import Robot
 from solvers.answers.consistency import claims, contradictions
+from solvers.answers.data import CableState, Outcome, ResultData, Solution, StopReason
 from solvers.answers.order import solution_key
-from solvers.answers.result import Bounds, CableState, Outcome, Result, Solution, StopReason
 
 Interval = tuple[Fraction, Fraction]
 
@@ -22,7 +23,7 @@ NOMINAL_MARGIN = 1e-6
 """How far (relative to 1 + the box's width) the uncertified nominal pose may lie outside its box."""
 
 
-def complaints(result: Result, robot: Robot | None) -> list[str]:
+def complaints(result: ResultData, robot: Robot | None) -> list[str]:
     """Return every contradiction in the result; see `solvers.answers.result.Result.verify`."""
     found = list(_bookkeeping(result))
     if robot is not None:
@@ -35,7 +36,7 @@ def complaints(result: Result, robot: Robot | None) -> list[str]:
     return found
 
 
-def _bookkeeping(result: Result) -> Iterator[str]:
+def _bookkeeping(result: ResultData) -> Iterator[str]:
     finished = not (
         result.undecided
         or result.pending
@@ -60,21 +61,16 @@ def _bookkeeping(result: Result) -> Iterator[str]:
     yield from contradictions(result)
 
 
-def _identity(result: Result, robot: Robot) -> Iterator[str]:
+def _identity(result: ResultData, robot: Robot) -> Iterator[str]:
     if result.robot.sha256 != robot.sha256:
         yield f"robot: the result is about another file ({result.robot.name}, this is {robot.name})"
     if result.cables != robot.cable_names:
         yield "cables: not the cables of this robot"
-    if result.model != model_name(robot):
-        yield f"model: '{result.model}', but this robot is a {model_name(robot)}"
+    if result.model != robot.model:
+        yield f"model: '{result.model}', but this robot is a {robot.model}"
 
 
-def model_name(robot: Robot) -> str:
-    """Return ``point-mass`` or ``six-dof``, as results name the model."""
-    return "point-mass" if robot.is_point_mass else "six-dof"
-
-
-def _solution(result: Result, solution: Solution) -> Iterator[str]:
+def _solution(result: ResultData, solution: Solution) -> Iterator[str]:
     """Check one entry against itself."""
     boxes = {
         "position_m": solution.position,
@@ -104,7 +100,7 @@ def _solution(result: Result, solution: Solution) -> Iterator[str]:
     yield from _nominal(solution)
 
 
-def _far(result: Result, solution: Solution, cable: int) -> bool:
+def _far(result: ResultData, solution: Solution, cable: int) -> bool:
     """Return whether a cable without tension is certainly too short to reach its anchor."""
     return solution.tensions[cable, 1] <= 0.0 and bool(
         solution.distances[cable, 0] > result.lengths[cable, 1]
@@ -158,7 +154,7 @@ def _margin(lo: float, hi: float) -> float:
     return NOMINAL_MARGIN * (1.0 + hi - lo)
 
 
-def _mechanics(result: Result, solution: Solution, robot: Robot) -> Iterator[str]:
+def _mechanics(result: ResultData, solution: Solution, robot: Robot) -> Iterator[str]:
     """Check distances, height, taut lengths and the equilibrium over the solution's box."""
     rotation = [[_interval(solution.rotation[i, j]) for j in range(3)] for i in range(3)]
     origin = [_interval(x) for x in solution.position]

@@ -8,7 +8,9 @@ from __future__ import annotations
 from typing import Any
 
 from cdpr_interval.robots.cable_robot import Robot
-from solvers.answers.result import FORMAT, Json, Result
+from solvers.answers.data import FORMAT
+from solvers.answers.json_text import Json
+from solvers.answers.result import Result
 from solvers.batch.job import canonical
 
 SHARED = ("format", "tool", "robot", "model", "cables", "question", "statistics")
@@ -54,7 +56,7 @@ def result_document(answer: Json, robot: Robot, question: Json, tool: Json) -> J
     question, tool : dict
         As they stand in the document.
     """
-    model = POINT_MASS if robot.is_point_mass else "six-dof"
+    model = robot.model
     solutions = [_solution(solution, model) for solution in answer["solutions"]]
     undecided = [{"rotation": IDENTITY, **region} for region in answer["undecided"]]
     names = list(robot.cable_names)

@@ -15,15 +15,16 @@ from pathlib import Path
 from typing import Any
 
 from cdpr_interval.errors import InputError
+from cdpr_interval.exact.range import LengthRange
 from cdpr_interval.files.fields import is_free
 from cdpr_interval.files.literal import quote
 from cdpr_interval.robots.cable_robot import Robot
 from solvers.batch import job_schema
 from solvers.batch.draws import Spread, text_of
 from solvers.batch.job import Job, Settings, canonical, decimal_text, problem_of, range_text
+from solvers.classes import class_of
 from solvers.questions.errors import InputErrors
 from solvers.questions.lengths import read_lengths
-from solvers.questions.problem import LengthRange
 
 
 @dataclass(frozen=True)
@@ -53,7 +54,7 @@ class Expansion(ABC):
             yield Job(self.robot.sha256, self.problem, item, canonical(asked), parts)
 
     def _parts(self, asked: dict[str, Any], settings: Settings) -> tuple[str, ...]:
-        if settings.split is None or self.robot.is_point_mass:
+        if settings.split is None or not class_of(self.robot).turns:
             return ()
         from solvers.six_dof.forward import subsets
         from solvers.six_dof.parts import parts_of
@@ -212,7 +213,7 @@ def expansion_of(
     found = _expansion(index, block, robot, asked, base)
     # Subset, force and options are wrong for all jobs or for none: any lengths will do.
     problem_of(robot, asked, [1.0] * len(robot.cables), settings)
-    if settings.split is not None and isinstance(found, PoseGrid) and not robot.is_point_mass:
+    if settings.split is not None and isinstance(found, PoseGrid) and class_of(robot).turns:
         raise InputError("options.split: not for poses, whose lengths are known to the workers only")
     return found
 
@@ -268,7 +269,7 @@ def _table(path: Path, name: str, robot: Robot) -> tuple[tuple[LengthRange, ...]
 
 def _axes(block: job_schema.PosesBlock, robot: Robot) -> tuple[tuple[Fraction, ...], ...]:
     position, orientation = block.position_m, block.orientation_deg
-    if orientation is not None and robot.is_point_mass:
+    if orientation is not None and not class_of(robot).turns:
         raise InputError("orientation_deg: a point mass has none")
     turns = [None] * 3 if orientation is None else [orientation.roll, orientation.pitch, orientation.yaw]
     return tuple(_places(axis) for axis in (position.x, position.y, position.z, *turns))
@@ -294,7 +295,7 @@ def _check_spreads(spreads: dict[str, Spread], robot: Robot, lengths: tuple[Leng
     for key in ("frame_anchors_m", "platform_anchors_m"):
         if key in spreads and spreads[key].is_relative:
             errors.append(f"perturb.{key}: needs an absolute width")
-    if "platform_anchors_m" in spreads and robot.is_point_mass:
+    if "platform_anchors_m" in spreads and not class_of(robot).turns:
         errors.append(f"perturb.platform_anchors_m: {quote(robot.name)} is a point mass")
     spread = spreads.get("lengths_m")
     if spread is not None:

@@ -12,9 +12,11 @@ from dataclasses import asdict, dataclass, replace
 from fractions import Fraction
 from typing import Any
 
+from cdpr_interval.exact.range import LengthRange
+from cdpr_interval.exact.vector import Vector
 from cdpr_interval.files.literal import read_number
-from cdpr_interval.robots.cable_robot import Cable, Elasticity, Robot, Vector
-from solvers.questions.problem import LengthRange, Method, Options, Problem
+from cdpr_interval.robots.cable_robot import Cable, Elasticity, Robot
+from solvers.questions.problem import Method, Options, Problem
 
 Question = tuple[str, int, int, str]
 """Robot, problem, item and input of a job."""

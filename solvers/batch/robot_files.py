@@ -11,7 +11,7 @@ from cdpr_interval.files.literal import quote
 from cdpr_interval.robots.cable_robot import Robot
 from cdpr_interval.robots.formats.reader import parse_robot, read_robot
 from solvers.batch.job_schema import RobotFolder
-from solvers.forward import refuse_unsupported
+from solvers.classes import require_supported
 from solvers.questions.errors import InputErrors
 
 SUFFIXES = (".yaml", ".yml", ".json")
@@ -79,5 +79,5 @@ def _read(source: str, base: Path) -> RobotFile:
     robot = errors.read(parse_robot, data, name)
     errors.require_none()
     assert robot is not None
-    refuse_unsupported(robot)
+    require_supported(robot)
     return RobotFile(robot, source, data)

@@ -16,6 +16,7 @@ from cdpr_interval.robots.formats.reader import parse_robot
 from solvers.batch.ledger import Ledger, Recorded
 from solvers.batch.tables import Row, replacing
 from solvers.batch.work import Status
+from solvers.classes import class_of
 
 FORMAT = "cdpr-batch-summary/1"
 FILE = "summary.json"
@@ -40,7 +41,7 @@ class Group:
     numbers: dict[str, list[float]] = field(default_factory=dict)
     """Of every solution; tensions of the cables that are not slack."""
 
-    def add(self, job: Recorded, rows: Sequence[Row], cables: Sequence[str], is_point_mass: bool) -> None:
+    def add(self, job: Recorded, rows: Sequence[Row], cables: Sequence[str], turns: bool) -> None:
         """Count one job."""
         self.statuses[job.status.value] += 1
         if job.answer is None:
@@ -49,12 +50,12 @@ class Group:
         self.solutions_per_job[rows[0]["solutions"]] += 1
         for row in rows:
             if "solution" in row:
-                self._count(row, cables, is_point_mass)
+                self._count(row, cables, turns)
 
-    def _count(self, row: dict[str, Any], cables: Sequence[str], is_point_mass: bool) -> None:
+    def _count(self, row: dict[str, Any], cables: Sequence[str], turns: bool) -> None:
         self.taut[row["taut"]] += 1
         self.stability[row["stability"]] += 1
-        titles = [*POSITION, *(() if is_point_mass else ORIENTATION)]
+        titles = [*POSITION, *(ORIENTATION if turns else ())]
         for title in titles:
             numbers = self.numbers.setdefault(title, [])
             if row[title] is not None:
@@ -98,7 +99,7 @@ class Summary:
         """Count one job with its rows."""
         robot = self._robots[job.robot]
         group = self._groups.setdefault((job.problem, job.robot), Group(robot.name, job.problem))
-        group.add(job, rows, robot.cable_names, robot.is_point_mass)
+        group.add(job, rows, robot.cable_names, class_of(robot).turns)
 
     def to_json(self) -> dict[str, Any]:
         """Return the ``cdpr-batch-summary/1`` document; independent of who solved the jobs, and when."""

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 if TYPE_CHECKING:
-    from cdpr_interval.robots.cable_robot import Vector
+    from cdpr_interval.exact.vector import Vector
     from solvers.questions.errors import InputErrors
 
 LABEL = "--external-force"

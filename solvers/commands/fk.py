@@ -134,7 +134,7 @@ def _read(
 
 
 def _options(given: dict[str, Any]) -> Options:
-    from solvers.forward import read_method
+    from solvers.questions.checked import read_method
     from solvers.questions.problem import Method, Options
     from solvers.six_dof.record import Record
 
@@ -209,7 +209,7 @@ def _log(result: Result) -> None:
 
 
 def _exit_code(result: Result) -> int:
-    from solvers.answers.result import Outcome, StopReason
+    from solvers.answers.data import Outcome, StopReason
     from solvers.cli import ExitCode
 
     if result.stop_reason is StopReason.INTERRUPTED:

@@ -25,7 +25,9 @@ def command(robot: str) -> int:
 
 
 def _summary(robot: Robot) -> list[str]:
-    kind = "point mass" if robot.is_point_mass else "six-dof platform"
+    from solvers.classes import class_of
+
+    kind = class_of(robot).title
     cables = "mixed cables" if robot.is_mixed else "elastic" if robot.is_elastic else "inextensible"
     lines = [
         f"{robot.name}: valid, {kind} on {len(robot.cables)} cables, {cables}",

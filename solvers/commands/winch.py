@@ -16,8 +16,8 @@ if TYPE_CHECKING:
     from cdpr_interval.driver.group import WinchGroup
     from cdpr_interval.driver.reference import Reference
     from cdpr_interval.driver.snapshot import Snapshot
+    from cdpr_interval.mechanics.statics import Pose
     from cdpr_interval.robots.cable_robot import Robot
-    from solvers.questions.pose import Pose
     from solvers.winches.path import Path as CablePath
     from solvers.winches.where import Whereabouts
 
@@ -350,7 +350,7 @@ def _home_lengths(robot: Robot, given: dict[str, Any]) -> list[Any]:
     from fractions import Fraction
 
     from cdpr_interval.errors import InputError
-    from cdpr_interval.robots.winch import Range
+    from cdpr_interval.exact.range import Range
     from solvers.questions.lengths import read_lengths
     from solvers.winches.session import lengths_at
 
@@ -391,6 +391,8 @@ def _print_status(snapshot: Snapshot, as_json: bool) -> None:
 
 
 def _print_where(robot: Robot, ranges: list[tuple[float, float]], found: Whereabouts, as_json: bool) -> None:
+    from solvers.classes import class_of
+
     names = robot.cable_names
     if as_json:
         poses = [pose.to_json(names) for pose in found.poses]
@@ -404,7 +406,7 @@ def _print_where(robot: Robot, ranges: list[tuple[float, float]], found: Whereab
         place = ", ".join(f"[{', '.join(_outward(lo, hi))}]" for lo, hi in pose.position.tolist())
         taut = ",".join(names[i] for i in pose.taut)
         click.echo(f"position ({place}) m, {taut} taut, {pose.stability.value}")
-        if not robot.is_point_mass:
+        if class_of(robot).turns:
             quaternion = ", ".join(f"{x:.6f}" for x in pose.quaternion)
             click.echo(f"  orientation near ({quaternion})")
 

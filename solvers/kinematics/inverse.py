@@ -16,15 +16,13 @@ from cdpr_interval.mechanics.orientation import (
     rotation_from_quaternion,
     rpy_from_rotation,
 )
-from cdpr_interval.mechanics.statics import StaticModel, static_model
+from cdpr_interval.mechanics.statics import Pose, StaticModel, static_model
 from cdpr_interval.robots.cable_robot import Robot
 from solvers.answers.inverse import IkQuestion, IkResult, Settling
 from solvers.answers.tool import this_tool
-from solvers.answers.verification import model_name
 from solvers.kinematics.settle import settle as settle_pose
 from solvers.questions.errors import InputErrors
 from solvers.questions.force import NO_LOAD, ZERO, read_force
-from solvers.questions.pose import Pose
 from solvers.questions.subset import read_subset
 
 Floats = NDArray[np.float64]
@@ -141,9 +139,9 @@ def answer_pose(
         errors.add(f"{label('slack_margin')}: must not be negative, got {slack_margin!r}")
     if not (math.isfinite(wrench_tolerance) and wrench_tolerance > 0.0):
         errors.add(f"{label('wrench_tolerance')}: must be a positive number, got {wrench_tolerance!r}")
-    if pose is not None and robot.is_point_mass and np.abs(pose.rotation - np.eye(3)).max() > ORTHOGONAL:
-        errors.add(f"{label('pose')}: this robot is a point mass, which has no orientation")
     model = static_model(robot, force or ZERO)
+    if pose is not None and model.rows == 3 and np.abs(pose.rotation - np.eye(3)).max() > ORTHOGONAL:
+        errors.add(f"{label('pose')}: this robot is a point mass, which has no orientation")
     if not model.load.any():
         errors.add(NO_LOAD)
     errors.require_none()
@@ -209,13 +207,13 @@ def _answer(
     needs_tensions = any(robot.cables[i].elasticity is not None for i in taut)
     if short or (needs_tensions and not is_static):
         lengths = None
-    moment = np.zeros(3) if model.is_point_mass else model.radius * residual[3:]
+    moment = np.zeros(3) if model.rows == 3 else model.radius * residual[3:]
     tool = this_tool()
     rows = [_triple(row) for row in pose.rotation]
     return IkResult(
         tool=(tool.name, tool.version),
         robot=(robot.name, robot.sha256),
-        model=model_name(robot),
+        model=robot.model,
         cables=robot.cable_names,
         question=question,
         position=_triple(pose.position),
@@ -303,7 +301,7 @@ def _message(
 ) -> str:
     """Return one sentence that says whether the pose is static and what was done to it."""
     force = float(np.linalg.norm(residual[:3]))
-    moment = 0.0 if model.is_point_mass else model.radius * float(np.linalg.norm(residual[3:]))
+    moment = 0.0 if model.rows == 3 else model.radius * float(np.linalg.norm(residual[3:]))
     if is_static:
         text = "the pose is static"
     else:

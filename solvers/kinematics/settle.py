@@ -16,8 +16,7 @@ from numpy.typing import NDArray
 
 from cdpr_interval.errors import InputError
 from cdpr_interval.kernels.nonnegative import RANK_TOLERANCE, nonnegative_least_squares
-from cdpr_interval.mechanics.statics import StaticModel
-from solvers.questions.pose import Pose
+from cdpr_interval.mechanics.statics import Pose, StaticModel
 
 Floats = NDArray[np.float64]
 
@@ -78,7 +77,7 @@ def settle(model: StaticModel, start: Pose, taut: tuple[int, ...]) -> Settled:
     if is_static:
         pose = _slide_back(model, start, pose, taut)
     step = model.displacement(start, pose)
-    angle = 0.0 if model.is_point_mass else float(np.linalg.norm(step[3:])) / model.radius
+    angle = 0.0 if model.rows == 3 else float(np.linalg.norm(step[3:])) / model.radius
     return Settled(pose, is_static, float(np.linalg.norm(step[:3])), angle)
 
 

@@ -16,9 +16,9 @@ from itertools import combinations
 import numpy as np
 
 from cdpr_interval.engine.budget import Budget
-from solvers.answers.result import (
+from cdpr_interval.exact.enclosure import Bounds
+from solvers.answers.data import (
     Answer,
-    Bounds,
     Outcome,
     Proof,
     Solution,
@@ -26,6 +26,7 @@ from solvers.answers.result import (
     SubsetReport,
     Undecided,
 )
+from solvers.point_mass.answer import MOST_ROWS, subset_count, subsets
 from solvers.point_mass.arrays import RobotArrays, exact_lengths, select
 from solvers.point_mass.balance import all_cables
 from solvers.point_mass.convex import NoPose, Unproved, find_pose, part_of, scaled_cables
@@ -33,12 +34,11 @@ from solvers.point_mass.entry import IDENTITY, Fields, fields_of, hull, solution
 from solvers.point_mass.fields import OPEN, SLACK, TAUT
 from solvers.point_mass.lowest import lowest_of_subset
 from solvers.point_mass.one_call import anywhere, middles, tension_bounds
-from solvers.point_mass.subsets import MOST_ROWS, subset_count, subsets
+from solvers.point_mass.scope import most_taut
 from solvers.point_mass.surd import ExactPose, corners, exact_pose, is_pose_of
 from solvers.point_mass.switching import dependent
 from solvers.point_mass.system import krawczyk
 from solvers.questions.problem import Options, Problem, Progress
-from solvers.questions.subset import largest_subset
 
 PROGRESS_SECONDS = 0.1
 """Least time between two progress reports."""
@@ -57,7 +57,7 @@ class Claim:
 
 def each_subset_alone(problem: Problem, options: Options, arrays: RobotArrays, lengths: Bounds) -> Answer:
     """Return the pose of every subset that can carry the load alone, or of the one asked for."""
-    count, largest = len(problem.robot.cables), largest_subset(problem.robot)
+    count, largest = len(problem.robot.cables), most_taut(problem.robot)
     total = subset_count(count, largest) if problem.taut is None else 1
     wanted = subsets(count, largest) if problem.taut is None else iter((problem.taut,))
     budget = Budget(options.time_limit, options.cell_limit)

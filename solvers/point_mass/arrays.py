@@ -17,13 +17,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cdpr_interval.errors import InputError, NotSupportedError
-from cdpr_interval.exact.enclosure import enclose
-from cdpr_interval.robots.cable_robot import Robot, Vector
-from solvers.answers.result import Bounds
-from solvers.questions.problem import LengthRange, Problem
+from cdpr_interval.exact.enclosure import Bounds, enclose
+from cdpr_interval.exact.irrational import root_bounds
+from cdpr_interval.exact.range import LengthRange
+from cdpr_interval.exact.vector import Vector
+from cdpr_interval.mechanics.loaded import MOST_KEPT, LoadedRobot
+from cdpr_interval.robots.cable_robot import Robot
+from solvers.questions.problem import Problem
 
-MOST_KEPT = 8
-"""Robots whose arrays are kept: a controller asks about one or a few robots again and again."""
 NO_LOAD = "load: the weight and the external force cancel; without a load the pose is not determined"
 
 
@@ -73,20 +74,10 @@ def _bounds(numbers: Iterable[Fraction]) -> Bounds:
     return np.array([enclose(x) for x in numbers], dtype=np.float64)
 
 
-def _root(x: Fraction) -> tuple[Fraction, Fraction]:
-    """Enclose the square root of a positive rational to about 80 bits."""
-    shift = max(0, 160 - x.numerator.bit_length() + x.denominator.bit_length())
-    shift += shift % 2
-    scaled = (x.numerator << shift) // x.denominator
-    low = math.isqrt(scaled)
-    unit = Fraction(1, 1 << (shift // 2))
-    return low * unit, (low + 1) * unit
-
-
 @lru_cache(maxsize=MOST_KEPT)
 def up_direction(gravity: Vector) -> tuple[tuple[Fraction, Fraction], ...]:
     """Enclose the unit vector against gravity, exact ranges."""
-    lo, hi = _root(sum((g * g for g in gravity), Fraction(0)))
+    lo, hi = root_bounds(sum((g * g for g in gravity), Fraction(0)))
     return tuple((min(-g / lo, -g / hi), max(-g / lo, -g / hi)) for g in gravity)
 
 
@@ -191,12 +182,9 @@ def with_load(arrays: RobotArrays, load: Vector) -> RobotArrays:
     return replace(arrays, load_exact=load, load=bounds, given=given, frame=frame)
 
 
-_kept: tuple[tuple[Robot, Vector, RobotArrays], ...] = ()
-"""The latest first. Never changed in place: threads replace it, and the worst a race loses is an entry."""
-
-
-def robot_arrays(problem: Problem) -> RobotArrays:
-    """Return the arrays of a problem's robot and load, kept from an earlier call for the same robot.
+@lru_cache(maxsize=MOST_KEPT)
+def robot_arrays(loaded: LoadedRobot) -> RobotArrays:
+    """Return the arrays of a robot under a load, kept from an earlier call.
 
     Raises
     ------
@@ -205,16 +193,7 @@ def robot_arrays(problem: Problem) -> RobotArrays:
     NotSupportedError
         Some cables stretch and others do not.
     """
-    global _kept
-    robot, force = problem.robot, problem.external_force
-    found = next((entry for entry in _kept if entry[0] is robot), None)
-    if found is not None and (found[1] is force or found[1] == force):
-        return found[2]
-    load = problem.load
-    arrays = build_arrays(robot, load) if found is None else with_load(found[2], load)
-    others = tuple(entry for entry in _kept if entry[0] is not robot)
-    _kept = ((robot, force, arrays), *others[: MOST_KEPT - 1])
-    return arrays
+    return build_arrays(loaded.robot, loaded.load)
 
 
 def ranged(lengths: Bounds) -> NDArray[np.bool_]:
@@ -225,15 +204,6 @@ def ranged(lengths: Bounds) -> NDArray[np.bool_]:
 def is_range(lengths: Bounds) -> bool:
     """Return True when some length (N, 2) is more uncertain than a decimal read as a double."""
     return bool(ranged(lengths).any())
-
-
-def length_bounds(lengths: Iterable[LengthRange]) -> Bounds:
-    """Return the tightest doubles around exact ranges, (N, 2)."""
-    rows = []
-    for lo, hi in lengths:
-        below = enclose(lo)
-        rows.append(below if lo is hi else (below[0], enclose(hi)[1]))
-    return np.array(rows, dtype=np.float64)
 
 
 def exact_lengths(problem: Problem, chosen: Sequence[int] | None = None) -> list[Fraction] | None:

@@ -8,25 +8,119 @@ object. The kernels and the fallbacks are those of `forward_kinematics`, so the 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from enum import StrEnum
 from fractions import Fraction
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from cdpr_interval.errors import InputError
+from cdpr_interval.exact.enclosure import Bounds
+from cdpr_interval.mechanics.loaded import loaded
 from cdpr_interval.robots.cable_robot import Robot
-from solvers.answers.result import Bounds
-from solvers.forward import refuse_unsupported
+from solvers.answers.data import CableState
+from solvers.point_mass import scope
 from solvers.point_mass.arrays import RobotArrays, build_arrays, exact_ends, with_load
 from solvers.point_mass.convex import NoPose, after_quick, quick_pose, settle
-from solvers.point_mass.entry import Fields
-from solvers.point_mass.fields import OPEN
+from solvers.point_mass.entry import STATES, Fields
+from solvers.point_mass.fields import OPEN, SLACK, TAUT
 from solvers.point_mass.one_call import DECIDED
-from solvers.point_mass.pose import PointMassPose, PoseStatus
+from solvers.questions.checked import require_treated
 from solvers.questions.force import NO_LOAD, ZERO, read_force
 from solvers.questions.lengths import read_lengths
-from solvers.questions.problem import Problem
 from solvers.questions.quick import checked, force_key, quick_bounds
+
+
+class PoseStatus(StrEnum):
+    """What is proved for all lengths in their ranges."""
+
+    PROVED = "proved"
+    """There is exactly one static pose in all of space, and the bounds enclose it."""
+    NO_POSE = "no-pose"
+    """There is no static pose: no point is in reach of all cables, or only one, where nothing holds it."""
+    UNPROVED = "unproved"
+    """Neither of the two; ``reason`` says why."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class PointMassPose:
+    """The static pose of a point mass, as `PointMass.solve` returns it.
+
+    Bounds are float64 arrays whose last axis is (lo, hi).
+
+    Guarantee
+    ---------
+    With status PROVED the robot has exactly one static pose for every choice of lengths in their ranges,
+    wherever in space, and ``position``, ``height``, ``tensions`` and ``distances`` enclose it; the cables
+    in ``taut`` are proved to carry tension, those that are SLACK to carry none within their lengths.
+    With NO_POSE there is none for any choice. With UNPROVED nothing is claimed.
+    """
+
+    status: PoseStatus
+    bounds: Bounds
+    """(4 + 2 N, 2), in rows: position, height, tensions, distances. NaN with NO_POSE; with UNPROVED the
+    position is where a pose would be, and nothing is known of the rest."""
+    kernel_states: NDArray[np.int64]
+    """(N,) states as the compiled kernels number them; ``states`` has their names."""
+    reason: str = ""
+    """Empty with PROVED; else one sentence: which cables cannot reach, or what is not decided."""
+    note: str = ""
+    """With PROVED, one sentence where a cable's state is undecided."""
+
+    @property
+    def proved(self) -> bool:
+        """True when the pose exists, is the only one, and lies in the bounds."""
+        return self.status is PoseStatus.PROVED
+
+    @property
+    def complete(self) -> bool:
+        """True when nothing is open: there is no pose, or it is proved and so is every cable's state."""
+        if self.status is PoseStatus.PROVED:
+            return not (self.kernel_states == OPEN).any()
+        return self.status is PoseStatus.NO_POSE
+
+    @property
+    def position(self) -> Bounds:
+        """(3, 2) m: platform origin in the base frame."""
+        return self.bounds[:3]
+
+    @property
+    def point(self) -> tuple[float, float, float]:
+        """Middle of ``position`` in m; plain floats, not certified."""
+        (xlo, xhi), (ylo, yhi), (zlo, zhi) = self.bounds[:3].tolist()
+        return 0.5 * xlo + 0.5 * xhi, 0.5 * ylo + 0.5 * yhi, 0.5 * zlo + 0.5 * zhi
+
+    @property
+    def height(self) -> Bounds:
+        """(2,) m: of the centre of mass, along up."""
+        return self.bounds[3]
+
+    @property
+    def tensions(self) -> Bounds:
+        """(N, 2) N, file order; [0, 0] for a slack cable."""
+        return self.bounds[4 : 4 + len(self.kernel_states)]
+
+    @property
+    def distances(self) -> Bounds:
+        """(N, 2) m: from the exit points to the platform."""
+        return self.bounds[4 + len(self.kernel_states) :]
+
+    @property
+    def states(self) -> tuple[CableState, ...]:
+        """What is proved about each cable, file order; UNDECIDED throughout unless the pose is PROVED."""
+        return tuple([STATES[state] for state in self.kernel_states.tolist()])
+
+    @property
+    def taut(self) -> tuple[int, ...]:
+        """Indices of the cables proved taut."""
+        return tuple([i for i, state in enumerate(self.kernel_states.tolist()) if state == TAUT])
+
+    @property
+    def not_slack(self) -> tuple[int, ...]:
+        """Indices of the cables that may be taut."""
+        return tuple([i for i, state in enumerate(self.kernel_states.tolist()) if state != SLACK])
 
 
 class PointMass:
@@ -62,11 +156,11 @@ class PointMass:
     __slots__ = ("_arrays", "_forced", "_robot")
 
     def __init__(self, robot: Robot) -> None:
-        if not robot.is_point_mass:
+        if not scope.accepts(robot):
             raise InputError(f"robot '{robot.name}': must be a point mass, this is a platform")
-        refuse_unsupported(robot)
+        require_treated(robot, scope.refuses(robot))
         self._robot = robot
-        weight = Problem(robot, ()).load
+        weight = loaded(robot).load
         self._arrays = build_arrays(robot, weight) if any(weight) else None
         self._forced: tuple[tuple[float, ...], RobotArrays] | None = None
 
@@ -148,7 +242,7 @@ class PointMass:
         if key is not None and kept is not None and kept[0] == key:
             return kept[1]
         force = ZERO if external_force is None else read_force(external_force)
-        load = Problem(self._robot, (), force).load
+        load = loaded(self._robot, force).load
         if not any(load):
             raise InputError(NO_LOAD)
         arrays = build_arrays(self._robot, load) if self._arrays is None else with_load(self._arrays, load)

@@ -12,7 +12,7 @@ from fractions import Fraction
 import numpy as np
 from numpy.typing import NDArray
 
-from solvers.answers.result import Bounds
+from cdpr_interval.exact.enclosure import Bounds
 from solvers.point_mass.arrays import Cables, RobotArrays, is_range
 from solvers.point_mass.entry import Fields, fields_of, hull, unpacked
 from solvers.point_mass.fields import OPEN, SWITCHING

@@ -17,7 +17,7 @@ from itertools import combinations, islice
 import numpy as np
 from numpy.typing import NDArray
 
-from solvers.answers.result import Bounds
+from cdpr_interval.exact.enclosure import Bounds
 from solvers.point_mass.arrays import Cables, RobotArrays, is_range
 from solvers.point_mass.candidates import candidates
 from solvers.point_mass.duality import duality_box, feasible_near, inside_all, largest_tension

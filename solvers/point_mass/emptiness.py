@@ -18,7 +18,7 @@ from itertools import combinations
 import numpy as np
 from numpy.typing import NDArray
 
-from cdpr_interval.robots.cable_robot import Vector
+from cdpr_interval.exact.vector import Vector
 
 Floats = NDArray[np.float64]
 

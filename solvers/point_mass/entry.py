@@ -7,7 +7,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from solvers.answers.result import Bounds, CableState, Nominal, Proof, Solution, Stability
+from cdpr_interval.exact.enclosure import Bounds
+from cdpr_interval.mechanics.stability import Stability
+from solvers.answers.data import CableState, Nominal, Proof, Solution
 from solvers.point_mass.arrays import Cables
 from solvers.point_mass.fields import OPEN, SLACK, TAUT, report
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from solvers.answers.result import Bounds
+from cdpr_interval.exact.enclosure import Bounds
 from solvers.point_mass.arrays import RobotArrays
 from solvers.point_mass.emptiness import deepest_point
 

@@ -16,9 +16,9 @@ import numpy as np
 
 from cdpr_interval.engine.budget import Budget, Stop
 from cdpr_interval.engine.search import Report, Run, search
-from solvers.answers.result import (
+from cdpr_interval.exact.enclosure import Bounds
+from solvers.answers.data import (
     Answer,
-    Bounds,
     Outcome,
     Proof,
     Solution,
@@ -27,20 +27,19 @@ from solvers.answers.result import (
     Undecided,
 )
 from solvers.point_mass.alone import Claim, complete_claim, exact_pose_of, merged_solutions, subset_claim
+from solvers.point_mass.answer import answer_pose, answer_without_pose, subset_count, subsets
 from solvers.point_mass.arrays import Cables, RobotArrays, exact_lengths, select
 from solvers.point_mass.balance import all_cables
 from solvers.point_mass.cells import PROVED, WIDTH, contains, run_cells, settle
 from solvers.point_mass.convex import find_pose, scaled_cables
 from solvers.point_mass.entry import Fields, fields_of
 from solvers.point_mass.fields import TAUT
-from solvers.point_mass.forward import answer_pose, answer_without_pose
 from solvers.point_mass.one_call import anywhere, tension_bounds
-from solvers.point_mass.subsets import subset_count, subsets
+from solvers.point_mass.scope import most_taut
 from solvers.point_mass.switching import dependent
 from solvers.point_mass.system import krawczyk
 from solvers.point_mass.trap import low_point, start_box
 from solvers.questions.problem import Options, Problem, Progress
-from solvers.questions.subset import largest_subset
 
 ATTEMPT = 1.0 / 16.0
 """Existence is tried in cells below this fraction of the start box: a Newton test costs ten cells."""
@@ -74,7 +73,7 @@ class SubsetSearch:
 
 def search_subsets(problem: Problem, options: Options, arrays: RobotArrays, lengths: Bounds) -> Answer:
     """Return every static pose of what was asked by searching all subsets of taut cables."""
-    count, largest = len(problem.robot.cables), largest_subset(problem.robot)
+    count, largest = len(problem.robot.cables), most_taut(problem.robot)
     total = subset_count(count, largest) if problem.taut is None else 1
     wanted = subsets(count, largest) if problem.taut is None else iter((problem.taut,))
     budget = Budget(options.time_limit, options.cell_limit)

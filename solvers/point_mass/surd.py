@@ -10,26 +10,10 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 
-from cdpr_interval.robots.cable_robot import Vector
+from cdpr_interval.exact.vector import Vector, along, cross, dot, minus
 
 Surd = tuple[Fraction, Fraction]
 """(a, b) stands for a + b sqrt(D), with the D of its pose."""
-
-
-def _dot(a: Sequence[Fraction], b: Sequence[Fraction]) -> Fraction:
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-
-
-def _cross(a: Sequence[Fraction], b: Sequence[Fraction]) -> Vector:
-    return (a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
-
-
-def _minus(a: Sequence[Fraction], b: Sequence[Fraction]) -> Vector:
-    return (a[0] - b[0], a[1] - b[1], a[2] - b[2])
-
-
-def _along(a: Sequence[Fraction], s: Fraction, d: Sequence[Fraction]) -> Vector:
-    return (a[0] + s * d[0], a[1] + s * d[1], a[2] + s * d[2])
 
 
 @dataclass(frozen=True)
@@ -53,13 +37,13 @@ class ExactPose:
 
     def excess(self, anchor: Vector, length: Fraction) -> int:
         """Return the sign of |p - A| - l."""
-        e = _minus(self.base, anchor)
-        a = _dot(e, e) + self.radicand * _dot(self.slope, self.slope) - length**2
-        return self.sign((a, 2 * _dot(e, self.slope)))
+        e = minus(self.base, anchor)
+        a = dot(e, e) + self.radicand * dot(self.slope, self.slope) - length**2
+        return self.sign((a, 2 * dot(e, self.slope)))
 
     def component(self, direction: Vector, origin: Vector) -> int:
         """Return the sign of direction . (p - origin)."""
-        return self.sign((_dot(direction, _minus(self.base, origin)), _dot(direction, self.slope)))
+        return self.sign((dot(direction, minus(self.base, origin)), dot(direction, self.slope)))
 
     def carried(self) -> bool:
         """Return True when every multiplier is positive."""
@@ -74,43 +58,43 @@ def exact_pose(anchors: Sequence[Vector], lengths: Sequence[Fraction], load: Vec
     zero = Fraction(0)
     a, size = anchors[0], lengths[0]
     if len(anchors) == 1:
-        radicand = size**2 / _dot(load, load)
+        radicand = size**2 / dot(load, load)
         return ExactPose(a, load, radicand, ((zero, 1 / radicand),))
-    d = _minus(anchors[1], a)
-    dd = _dot(d, d)
+    d = minus(anchors[1], a)
+    dd = dot(d, d)
     if len(anchors) == 2:
         if dd == 0:
             return None
-        q = _dot(load, d) / dd
-        g = _along(load, -q, d)
+        q = dot(load, d) / dd
+        g = along(load, -q, d)
         c = (1 + (size**2 - lengths[1] ** 2) / dd) / 2
-        square, gg = size**2 - c * c * dd, _dot(g, g)
+        square, gg = size**2 - c * c * dd, dot(g, g)
         if square <= 0 or gg == 0:
             return None
         radicand = square / gg
-        return ExactPose(_along(a, c, d), g, radicand, ((q, (1 - c) / radicand), (-q, c / radicand)))
-    e = _minus(anchors[2], a)
-    m = _cross(d, e)
-    mm, fm = _dot(m, m), _dot(load, m)
+        return ExactPose(along(a, c, d), g, radicand, ((q, (1 - c) / radicand), (-q, c / radicand)))
+    e = minus(anchors[2], a)
+    m = cross(d, e)
+    mm, fm = dot(m, m), dot(load, m)
     if mm == 0 or fm == 0:
         return None
     k2 = (dd + size**2 - lengths[1] ** 2) / 2
-    k3 = (_dot(e, e) + size**2 - lengths[2] ** 2) / 2
-    v = _along(tuple(k2 * x for x in e), -k3, d)
-    radicand = size**2 * mm - _dot(v, v)
+    k3 = (dot(e, e) + size**2 - lengths[2] ** 2) / 2
+    v = along(tuple(k2 * x for x in e), -k3, d)
+    radicand = size**2 * mm - dot(v, v)
     if radicand <= 0:
         return None
     side = 1 if fm > 0 else -1
-    x0 = tuple(x / mm for x in _cross(v, m))
+    x0 = tuple(x / mm for x in cross(v, m))
     x1 = tuple(side * x / mm for x in m)
     # The sum of the multipliers is T = f . m / (side sqrt(D)); the rest is linear in T x - f.
     total = side * fm / radicand
-    w0 = _along(tuple(-x for x in load), total * radicand, x1)
+    w0 = along(tuple(-x for x in load), total * radicand, x1)
     w1 = tuple(total * x for x in x0)
-    second = tuple(_dot(_cross(w, e), m) / mm for w in (w0, w1))
-    third = tuple(_dot(_cross(d, w), m) / mm for w in (w0, w1))
+    second = tuple(dot(cross(w, e), m) / mm for w in (w0, w1))
+    third = tuple(dot(cross(d, w), m) / mm for w in (w0, w1))
     return ExactPose(
-        _along(a, Fraction(1), x0),
+        along(a, Fraction(1), x0),
         (x1[0], x1[1], x1[2]),
         radicand,
         (
@@ -127,14 +111,14 @@ def is_pose_of(pose: ExactPose, anchors: Sequence[Vector], lengths: Sequence[Fra
         return False
     a = anchors[0]
     if len(anchors) == 1:
-        axes = [_cross(load, unit) for unit in _UNITS]
+        axes = [cross(load, unit) for unit in _UNITS]
         return all(pose.component(axis, a) == 0 for axis in axes) and pose.component(load, a) > 0
-    d = _minus(anchors[1], a)
+    d = minus(anchors[1], a)
     if len(anchors) == 2:
-        low = _along(load, -_dot(load, d) / _dot(d, d), d)
-        return pose.component(_cross(d, load), a) == 0 and pose.component(low, a) > 0
-    m = _cross(d, _minus(anchors[2], a))
-    return pose.component(m, a) * _dot(load, m) > 0
+        low = along(load, -dot(load, d) / dot(d, d), d)
+        return pose.component(cross(d, load), a) == 0 and pose.component(low, a) > 0
+    m = cross(d, minus(anchors[2], a))
+    return pose.component(m, a) * dot(load, m) > 0
 
 
 def corners(

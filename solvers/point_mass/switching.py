@@ -15,8 +15,8 @@ from itertools import combinations
 import numpy as np
 from numpy.typing import NDArray
 
-from cdpr_interval.robots.cable_robot import Vector
-from solvers.answers.result import Bounds
+from cdpr_interval.exact.enclosure import Bounds
+from cdpr_interval.exact.vector import Vector
 from solvers.point_mass.arrays import Cables, RobotArrays, ranged
 from solvers.point_mass.fields import OPEN, SLACK, SWITCHING, TAUT, distance
 

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from itertools import combinations
 
-from cdpr_interval.robots.cable_robot import Vector
+from cdpr_interval.exact.vector import Vector, dot, minus
 
 MOST_TIGHT = 12
 """Most cables whose corners are listed: three of twelve are 220 small systems, a hundredth of a second."""
@@ -41,12 +41,12 @@ class Tensions:
 
 def tensions_at(point: Vector, anchors: dict[int, Vector], load: Vector) -> Tensions:
     """Return all multipliers >= 0 with which the cables of ``anchors`` balance the load at a point."""
-    arms = {i: difference(point, a) for i, a in anchors.items()}
+    arms = {i: minus(point, a) for i, a in anchors.items()}
     corners = [t for few in _sets(arms, 1, 3) if (t := _positive(arms, few, load)) is not None]
     rays = []
     for few in _sets(arms, 2, 4):
         *others, last = few
-        against = difference((Fraction(0),) * 3, arms[last])
+        against = minus((Fraction(0),) * 3, arms[last])
         if (r := _positive(arms, tuple(others), against)) is not None:
             rays.append({**r, last: Fraction(1)})
     return Tensions(tuple(corners), tuple(rays))
@@ -82,13 +82,3 @@ def solved(matrix: Sequence[Sequence[Fraction]], right: Sequence[Fraction]) -> l
             if i != k and rows[i][k] != 0:
                 rows[i] = [x - rows[i][k] * y for x, y in zip(rows[i], rows[k], strict=True)]
     return [row[n] for row in rows]
-
-
-def dot(a: Sequence[Fraction], b: Sequence[Fraction]) -> Fraction:
-    """Return the inner product of two vectors."""
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-
-
-def difference(a: Vector, b: Vector) -> Vector:
-    """Return a - b."""
-    return (a[0] - b[0], a[1] - b[1], a[2] - b[2])

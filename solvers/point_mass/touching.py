@@ -18,12 +18,13 @@ from itertools import combinations
 import numpy as np
 
 from cdpr_interval.exact.enclosure import enclose
-from cdpr_interval.robots.cable_robot import Vector
+from cdpr_interval.exact.vector import Vector, dot
+from cdpr_interval.exact.vector import minus as difference
 from solvers.point_mass.arrays import Cables, RobotArrays
 from solvers.point_mass.emptiness import Floats, deepest_point
 from solvers.point_mass.entry import Fields, fields_of
 from solvers.point_mass.fields import OPEN, SLACK, TAUT
-from solvers.point_mass.tension_polytope import MOST_TIGHT, Tensions, difference, dot, solved, tensions_at
+from solvers.point_mass.tension_polytope import MOST_TIGHT, Tensions, solved, tensions_at
 
 NEAR = 1e-7
 """Relative to its squared length, how far a ball's power may be from the largest one for it to be tried."""

@@ -10,8 +10,8 @@ import math
 
 import numpy as np
 
+from cdpr_interval.exact.enclosure import Bounds
 from cdpr_interval.kernels.interval import add, div, mul, sqr, sqrt, sub
-from solvers.answers.result import Bounds
 from solvers.point_mass.arrays import Cables, select
 from solvers.point_mass.cells import WIDTH, run_cells
 from solvers.point_mass.fields import distance

@@ -11,16 +11,18 @@ import numpy as np
 from flint import fmpq
 
 from cdpr_interval.exact.enclosure import enclose
-from cdpr_interval.robots.cable_robot import Robot, Vector
+from cdpr_interval.exact.range import LengthRange
+from cdpr_interval.exact.vector import Vector
+from cdpr_interval.robots.cable_robot import Robot
 from certificates.checker import check
 from certificates.container import unpack
 from certificates.problem import Listed, Problem, read_problem, read_solutions
 from certificates.verdicts import Malformed, Verdict
-from solvers.answers.result import Result, Solution
+from solvers.answers.data import Solution
+from solvers.answers.result import Result
 from solvers.proofs.document import robot_document
 from solvers.proofs.point import written_states
 from solvers.questions.force import ZERO
-from solvers.questions.problem import LengthRange
 
 Json = dict[str, Any]
 Bounds = Sequence[tuple[float, float]]

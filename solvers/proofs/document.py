@@ -8,10 +8,12 @@ from typing import Any
 
 import numpy as np
 
+from cdpr_interval.exact.enclosure import Bounds
 from cdpr_interval.robots.cable_robot import Robot
 from certificates.apart import meeting
 from certificates.problem import FORMAT
-from solvers.answers.result import Bounds, Family, Result, Solution
+from solvers.answers.data import Family, Solution
+from solvers.answers.result import Result
 from solvers.answers.tool import this_tool
 from solvers.proofs.point import certificate_question, certified, listed_solution, widened, written_states
 from solvers.questions.problem import Options, Problem

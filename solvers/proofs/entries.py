@@ -10,7 +10,8 @@ from certificates.balls import BITS
 from certificates.problem import Listed
 from certificates.problem import Problem as Question
 from certificates.subsets import Kind, classify, examined
-from solvers.answers.result import Result, Solution
+from solvers.answers.data import Solution
+from solvers.answers.result import Result
 from solvers.proofs.document import document_solutions
 from solvers.proofs.point import certificate_question, listed_solution, point_entry
 from solvers.questions.problem import Options, Problem

@@ -15,6 +15,8 @@ from typing import Any
 import numpy as np
 from flint import arb, arb_mat, ctx, fmpq
 
+from cdpr_interval.exact.enclosure import Bounds, length_bounds
+from cdpr_interval.mechanics.loaded import loaded
 from cdpr_interval.robots.cable_robot import Cable, Platform, Robot
 from certificates import newton
 from certificates.balls import BITS, column, minus
@@ -23,8 +25,8 @@ from certificates.point_mass import System, check_point
 from certificates.problem import Listed, Turning
 from certificates.problem import Problem as Question
 from certificates.verdicts import Malformed, NotProved
-from solvers.answers.result import Bounds, CableState, Solution
-from solvers.point_mass.arrays import RobotArrays, length_bounds, robot_arrays
+from solvers.answers.data import CableState, Solution
+from solvers.point_mass.arrays import RobotArrays, robot_arrays
 from solvers.point_mass.convex import NoPose, Unproved, find_pose, part_of
 from solvers.point_mass.emptiness import deepest_point
 from solvers.point_mass.entry import Fields
@@ -104,7 +106,7 @@ def choices(
         and set(s.taut) <= set(cables)
         and all(s.cable_states[i] is not CableState.SLACK for i in cables)
     ]
-    one_point = any(problem.anchors_from_centre[cables[0]])
+    one_point = any(problem.loaded.arms[cables[0]])
     sides = product([*fitting, None], repeat=2 if one_point else 1)
     yield from (list(side) for side in sides)
 
@@ -123,7 +125,7 @@ class Writer:
         self.cables = cables
         robot = problem.robot
         if robot.is_point_mass:
-            self.arrays: RobotArrays = part_of(robot_arrays(problem), cables)
+            self.arrays: RobotArrays = part_of(robot_arrays(problem.loaded), cables)
         else:
             zero = Fraction(0)
             part = Robot(
@@ -135,7 +137,7 @@ class Writer:
                 ),
                 gravity=robot.gravity,
             )
-            self.arrays = robot_arrays(Problem(part, (), problem.external_force))
+            self.arrays = robot_arrays(loaded(part, problem.external_force))
 
     def bounds(self, question: Question) -> Bounds:
         """Return the lengths of the cables as doubles, (n, 2)."""
@@ -339,7 +341,7 @@ def certificate_question(problem: Problem, options: Options) -> Question:
     return Question(
         names=robot.cable_names,
         exits=[[exact(x) for x in c.frame_anchor] for c in robot.cables],
-        points=[[exact(x) for x in b] for b in problem.anchors_from_centre],
+        points=[[exact(x) for x in b] for b in problem.loaded.arms],
         centre=[exact(x) for x in robot.platform.centre_of_mass],
         lengths=[(exact(lo), exact(hi)) for lo, hi in problem.lengths],
         stiffness=stiffness,

@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 
 from cdpr_interval.exact import balls
-from cdpr_interval.mechanics.six_dof.frame import pose_of
 from certificates.frames import settings
 from certificates.problem import Listed
 from certificates.problem import Problem as Question
@@ -16,7 +15,7 @@ from certificates.subsets import Kind
 from solvers.proofs.tree import Recorder
 from solvers.six_dof.record import Searched
 from solvers.six_dof.reduction import Reduced
-from solvers.six_dof.roots import Root
+from solvers.six_dof.roots import Root, pose_of
 
 NEAR = 1e-6
 """Entries of rotation matrices that differ by less may belong to one pose: it is checked."""

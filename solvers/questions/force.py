@@ -7,7 +7,7 @@ from fractions import Fraction
 from typing import Any
 
 from cdpr_interval.errors import InputError
-from cdpr_interval.robots.cable_robot import Vector
+from cdpr_interval.exact.vector import Vector
 from solvers.questions.number import exact_number
 
 ZERO: Vector = (Fraction(0), Fraction(0), Fraction(0))

@@ -13,10 +13,10 @@ from fractions import Fraction
 from typing import Any
 
 from cdpr_interval.errors import InputError
+from cdpr_interval.exact.range import LengthRange
 from cdpr_interval.files.document import suggestion
 from cdpr_interval.files.literal import quote, read_number
 from solvers.questions.number import exact_number
-from solvers.questions.problem import LengthRange
 
 _NAMED = re.compile(r"([A-Za-z_][A-Za-z0-9_.-]*)\s*=(.*)", re.DOTALL)
 _COMMA_OUTSIDE_BRACKETS = re.compile(r",(?![^\[\]]*\])")

@@ -4,25 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cdpr_interval.errors import InputError
 from cdpr_interval.files.literal import quote, read_number
 from cdpr_interval.mechanics.orientation import rotation_from_quaternion, rotation_from_rpy
-
-
-@dataclass(frozen=True, eq=False)
-class Pose:
-    """Platform origin in the base frame and rotation from platform to base, plain floats."""
-
-    position: NDArray[np.float64]
-    """(3,) m."""
-    rotation: NDArray[np.float64]
-    """(3, 3)."""
+from cdpr_interval.mechanics.statics import Pose
 
 
 def read_pose(pose: str, quaternion: str | None = None) -> Pose:

@@ -2,20 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
-from fractions import Fraction
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import Any, Protocol
 
-from cdpr_interval.robots.cable_robot import Robot, Vector
-
-if TYPE_CHECKING:
-    from solvers.six_dof.parts import Parts
-    from solvers.six_dof.record import Record
-
-LengthRange = tuple[Fraction, Fraction]
+from cdpr_interval.exact.range import LengthRange
+from cdpr_interval.exact.vector import Vector
+from cdpr_interval.mechanics.loaded import NO_FORCE, LoadedRobot, loaded
+from cdpr_interval.robots.cable_robot import Robot
 
 
 class Method(StrEnum):
@@ -40,6 +36,21 @@ class Progress:
     """Solutions proved so far."""
     subsets_done: int
     subsets_total: int
+
+
+class Record(Protocol):
+    """Keeps what a certificate needs of the searches of a run."""
+
+    @property
+    def searches(self) -> Mapping[tuple[int, ...], Sequence[Any]]:
+        """What was kept, by taut subset."""
+
+    def keep(self, taut: tuple[int, ...], reduced: Any, subset: Any) -> None:
+        """Remember the search of a taut subset that has ended."""
+
+
+Parts = Mapping[tuple[tuple[int, ...], int], Sequence[Any]]
+"""Searches done elsewhere, by taut subset and frame: what the parts of each found."""
 
 
 @dataclass(frozen=True)
@@ -69,23 +80,17 @@ class Problem:
 
     robot: Robot
     lengths: tuple[LengthRange, ...]
-    external_force: Vector = (Fraction(0), Fraction(0), Fraction(0))
+    external_force: Vector = NO_FORCE
     """Constant force at the centre of mass, base axes, N; added to the weight."""
     taut: tuple[int, ...] | None = None
     """One subset of cable indices (ascending) instead of all subsets."""
 
     @cached_property
+    def loaded(self) -> LoadedRobot:
+        """The robot under its weight and the external force, kept between questions."""
+        return loaded(self.robot, self.external_force)
+
+    @property
     def load(self) -> Vector:
         """The force f = m g + F on the platform, N, base axes."""
-        mass = self.robot.platform.mass
-        g, extra = self.robot.gravity, self.external_force
-        return (mass * g[0] + extra[0], mass * g[1] + extra[1], mass * g[2] + extra[2])
-
-    @cached_property
-    def anchors_from_centre(self) -> tuple[Vector, ...]:
-        """B_i - G in the platform frame, m."""
-        c = self.robot.platform.centre_of_mass
-        return tuple(
-            (b[0] - c[0], b[1] - c[1], b[2] - c[2])
-            for b in (cable.platform_anchor for cable in self.robot.cables)
-        )
+        return self.loaded.load

@@ -7,11 +7,11 @@ from collections.abc import Sequence
 from fractions import Fraction
 from typing import Any
 
+from cdpr_interval.exact.range import LengthRange
+from cdpr_interval.exact.vector import Vector
 from cdpr_interval.files.document import Document, Node, child, read_document
 from cdpr_interval.files.literal import quote
-from cdpr_interval.robots.cable_robot import Vector
 from solvers.questions.lengths import match_names, read_length
-from solvers.questions.problem import LengthRange
 
 FORMAT = "cdpr-problem/1"
 _KEYS = ("format", "lengths_m", "external_force_N")

@@ -7,8 +7,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from solvers.answers.result import Bounds
-from solvers.point_mass.arrays import length_bounds
+from cdpr_interval.exact.enclosure import Bounds, length_bounds
 from solvers.questions.errors import InputErrors
 from solvers.questions.lengths import read_lengths
 from solvers.questions.number import LARGEST, SMALLEST

@@ -9,7 +9,6 @@ from typing import Any
 from cdpr_interval.errors import InputError
 from cdpr_interval.files.document import suggestion
 from cdpr_interval.files.literal import quote
-from cdpr_interval.robots.cable_robot import Robot
 
 
 def read_subset(given: Any, names: Sequence[str], label: str = "taut") -> tuple[int, ...]:
@@ -60,23 +59,3 @@ def _index(entry: Any, names: Sequence[str]) -> int:
     if isinstance(entry, bool) or not 0 <= index < len(names):
         raise ValueError(f"{entry!r} is not an index from 0 to {len(names) - 1}")
     return index
-
-
-def largest_subset(robot: Robot) -> int:
-    """Return how many cables can be taut together without redundant tensions.
-
-    By Caratheodory no pose is missed: 3 for an inextensible point mass, 6 for a platform; the
-    cables of an elastic point mass share the load whatever their number.
-    """
-    count = len(robot.cables)
-    if robot.is_point_mass:
-        return count if robot.is_elastic else min(3, count)
-    return min(6, count)
-
-
-def check_subset_size(robot: Robot, taut: Sequence[int], label: str = "taut") -> None:
-    """Raise `InputError` when more cables are named than a subset of this robot can have."""
-    most = largest_subset(robot)
-    if len(taut) > most:
-        kind = "an inextensible point mass" if robot.is_point_mass else "a platform"
-        raise InputError(f"{label}: {len(taut)} cables, but a taut subset of {kind} has at most {most}")

@@ -10,7 +10,8 @@ import numpy as np
 from cdpr_interval.errors import InputError
 from cdpr_interval.files.literal import printable
 from cdpr_interval.robots.cable_robot import Robot
-from solvers.answers.result import CableState, Result
+from solvers.answers.data import CableState
+from solvers.answers.result import Result
 from solvers.report.palette import BODY, DISCRETE, GREY, SLACK, UNDECIDED, tension_rgb
 from solvers.report.scene import Scene, axis_range, frame_points, hull, region, scene
 

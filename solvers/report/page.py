@@ -11,7 +11,8 @@ from typing import Any
 from cdpr_interval.robots.cable_robot import Robot
 from cdpr_interval.robots.formats.reader import parse_robot
 from certificates.verdicts import Verdict
-from solvers.answers.result import Outcome, Result
+from solvers.answers.data import Outcome
+from solvers.answers.result import Result
 from solvers.answers.table import table
 from solvers.answers.tool import this_tool
 from solvers.batch.ledger import Ledger, Recorded

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from cdpr_interval.errors import InputError
-from solvers.answers.result import CableState, Result
+from solvers.answers.data import CableState
+from solvers.answers.result import Result
 from solvers.report.palette import BODY, DISCRETE, GREY, SLACK, TENSION_SCALE, UNDECIDED, tension_colour
 from solvers.report.scene import Points, Scene, axis_range, frame_points, region, scene
 

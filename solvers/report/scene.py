@@ -9,9 +9,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from cdpr_interval.exact.enclosure import Bounds
+from cdpr_interval.exact.vector import Vector
 from cdpr_interval.mechanics.orientation import rotation_from_quaternion
-from cdpr_interval.robots.cable_robot import Robot, Vector
-from solvers.answers.result import Bounds, CableState, Solution
+from cdpr_interval.robots.cable_robot import Robot
+from solvers.answers.data import CableState, Solution
 
 Points = NDArray[np.float64]
 CURVE_POINTS = 25

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from cdpr_interval.exact import balls
 from cdpr_interval.kernels.second_order import ROTATION_ONLY, WHOLE_POSE
 from cdpr_interval.mechanics.six_dof.frame import Pose, centred_cayley, half_turn
-from solvers.answers.result import Undecided
+from solvers.answers.data import Undecided
 from solvers.questions.problem import Problem
 from solvers.six_dof import pose_cells, rotation_cells
 from solvers.six_dof.cell_kinds import enclose_pose_cell, enclose_turn_cell, form_arrays

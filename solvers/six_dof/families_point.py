@@ -8,9 +8,10 @@ import numpy as np
 from flint import arb, arb_mat
 
 from cdpr_interval.exact import balls
+from cdpr_interval.exact.vector import Vector
 from cdpr_interval.mechanics.six_dof.frame import Pose, upward
-from cdpr_interval.robots.cable_robot import Cable, Platform, Robot, Vector
-from solvers.answers.result import Solution
+from cdpr_interval.robots.cable_robot import Cable, Platform, Robot
+from solvers.answers.data import Solution
 from solvers.point_mass import forward as point_mass
 from solvers.questions.problem import Method, Options, Problem
 
@@ -55,7 +56,7 @@ def poses_at(problem: Problem, taut: tuple[int, ...], at: Solution) -> list[Pose
         lo, hi = problem.lengths[i]
         length = balls.from_fraction(lo).union(balls.from_fraction(hi))
         densities.append(balls.from_bounds(*at.tensions[k]) / length)
-    arm = problem.anchors_from_centre[taut[0]]
+    arm = problem.loaded.arms[taut[0]]
     if not any(arm):
         return [Pose(balls.identity(), point, tuple(densities))]
     return [hung(problem, point, arm, sign, tuple(densities)) for sign in (1, -1)]
@@ -63,7 +64,7 @@ def poses_at(problem: Problem, taut: tuple[int, ...], at: Solution) -> list[Pose
 
 def hung(problem: Problem, point: arb_mat, arm: Vector, sign: int, densities: tuple[arb, ...]) -> Pose:
     """Return the pose whose arm b points along sign * up at the given point."""
-    up = upward(problem)
+    up = upward(problem.load)
     b = balls.fractions(arm)
     axis = b * (1 / balls.norm(b))
     target = up * sign

@@ -11,8 +11,16 @@ from cdpr_interval.engine.budget import Budget, Stop
 from cdpr_interval.engine.search import Report
 from cdpr_interval.exact import balls
 from cdpr_interval.mechanics.six_dof.families import Classification, Kind
-from cdpr_interval.mechanics.six_dof.frame import Pose, lies_in, pose_of
-from solvers.answers.result import Answer, CableState, Outcome, Solution, StopReason, SubsetReport, Undecided
+from cdpr_interval.mechanics.six_dof.frame import Pose
+from solvers.answers.data import (
+    Answer,
+    CableState,
+    Outcome,
+    Solution,
+    StopReason,
+    SubsetReport,
+    Undecided,
+)
 from solvers.questions.problem import Options, Problem, Progress
 from solvers.six_dof.clusters import anywhere, clusters
 from solvers.six_dof.families_point import point_solution, poses_at
@@ -20,10 +28,10 @@ from solvers.six_dof.hanging import hangs_by_centre
 from solvers.six_dof.merge import distinct, one_of_each_torus
 from solvers.six_dof.open_entries import open_cables, settle
 from solvers.six_dof.parts import put_together
-from solvers.six_dof.prepared import kind_of, lengths_of, prepared
+from solvers.six_dof.prepared import cables_of, kind_of, lengths_of
 from solvers.six_dof.reach import reach_message
 from solvers.six_dof.reduction import Reduced, reduced_problems
-from solvers.six_dof.roots import Root
+from solvers.six_dof.roots import Root, lies_in, pose_of
 from solvers.six_dof.solution import decided_solutions, fields_of, origin, pose_solution, solve_densities
 from solvers.six_dof.subset_search import SubsetSearch
 from solvers.six_dof.turning import (
@@ -95,7 +103,7 @@ class Run:
         self.ends: list[FamilyEnd] = []
         self.ends_known = problem.taut is None
         """Smaller subsets come first; of one subset alone the parts are solved when they are needed."""
-        self.robot = prepared(problem)
+        self.robot = problem.loaded
         self.lengths = lengths_of(problem)
 
     def solve_subset(self, taut: tuple[int, ...]) -> None:
@@ -191,7 +199,7 @@ class Run:
             for root in roots:
                 self.add_root(taut, kind, reduced, root, found)
             return
-        fields = fields_of(self.robot.cables, self.lengths, taut, reduced.frame, roots)
+        fields = fields_of(cables_of(self.robot), self.lengths, taut, reduced.frame, roots)
         solutions = decided_solutions(self.options, self.lengths, taut, fields)
         for root, (decided, solution) in zip(roots, solutions, strict=True):
             if not decided:

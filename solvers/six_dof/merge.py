@@ -10,8 +10,8 @@ from flint import arb
 from numpy.typing import NDArray
 
 from cdpr_interval.exact import balls
-from cdpr_interval.mechanics.six_dof.frame import Frame, Pose, half_turn, lies_in, pose_of
-from solvers.six_dof.roots import ABOUT_ROD, ABOUT_VERTICAL, GENERAL, Reduction, Root
+from cdpr_interval.mechanics.six_dof.frame import Frame, Pose, half_turn
+from solvers.six_dof.roots import ABOUT_ROD, ABOUT_VERTICAL, GENERAL, Reduction, Root, lies_in, pose_of
 
 Floats = NDArray[np.float64]
 

@@ -17,8 +17,9 @@ from flint import arb, arb_mat
 from numpy.typing import NDArray
 
 from cdpr_interval.exact import balls
+from cdpr_interval.exact.vector import cross, is_zero, minus
+from cdpr_interval.mechanics.energy import classify
 from cdpr_interval.mechanics.orientation import rotation_from_quaternion
-from cdpr_interval.mechanics.six_dof.families import cross, is_zero, minus
 from cdpr_interval.mechanics.six_dof.frame import Pose, upward
 from cdpr_interval.mechanics.six_dof.tension_polytope import (
     are_independent,
@@ -26,8 +27,8 @@ from cdpr_interval.mechanics.six_dof.tension_polytope import (
     tension_rays,
     wrench_matrix,
 )
-from cdpr_interval.mechanics.stability import classify
-from solvers.answers.result import CableState, Certainty, Nominal, Solution, Stability, Undecided
+from cdpr_interval.mechanics.stability import Stability
+from solvers.answers.data import CableState, Certainty, Nominal, Solution, Undecided
 from solvers.questions.problem import Options, Problem
 from solvers.six_dof.solution import Geometry, geometry, height, length_ball, nominal, origin
 from solvers.six_dof.switch import Switch, platform_size, switch_at
@@ -217,11 +218,11 @@ def neighbourhood(problem: Problem, entry: Solution, reach: float) -> Neighbourh
     if entry.family.kind != "rotation":
         return None
     exits = [cable.frame_anchor for cable in problem.robot.cables]
-    points = problem.anchors_from_centre
+    points = problem.loaded.arms
     if all(is_zero(cross(minus(a, exits[0]), problem.load)) for a in exits):
-        return Neighbourhood(problem, pose, reach, size, upward(problem))
+        return Neighbourhood(problem, pose, reach, size, upward(problem.load))
     if all(b == points[0] for b in points):
-        return Neighbourhood(problem, pose, reach, size, upward(problem), balls.fractions(points[0]))
+        return Neighbourhood(problem, pose, reach, size, upward(problem.load), balls.fractions(points[0]))
     return None
 
 

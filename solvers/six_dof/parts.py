@@ -19,7 +19,7 @@ from cdpr_interval.mechanics.six_dof.families import Kind
 from solvers.questions.problem import Options, Problem
 from solvers.six_dof import pose_cells as pose
 from solvers.six_dof import rotation_cells as turn
-from solvers.six_dof.prepared import kind_of, lengths_of, prepared
+from solvers.six_dof.prepared import kind_of, lengths_of
 from solvers.six_dof.reduction import Reduced, reduced_problems
 from solvers.six_dof.roots import Prover, Reduction, Root
 from solvers.six_dof.subset_search import SubsetSearch, start_cells
@@ -97,10 +97,10 @@ Parts = dict[tuple[tuple[int, ...], int], Sequence[PartFound]]
 
 def parts_of(problem: Problem, options: Options, taut: tuple[int, ...], count: int) -> list[Part]:
     """Return the parts of a subset's searches; none where they are not worth splitting."""
-    robot = prepared(problem)
-    if len(taut) < FEWEST_TAUT or kind_of(robot, taut).kind not in SEARCHED:
+    loaded = problem.loaded
+    if len(taut) < FEWEST_TAUT or kind_of(loaded, taut).kind not in SEARCHED:
         return []
-    frames = len(reduced_problems(robot, lengths_of(problem), options, taut))
+    frames = len(reduced_problems(loaded, lengths_of(problem), options, taut))
     return [Part(taut, frame, k, count) for frame in range(frames) for k in range(count)]
 
 
@@ -114,7 +114,7 @@ def solve_part(problem: Problem, options: Options, part: Part) -> PartFound:
     """
     budget = Budget(options.time_limit, options.cell_limit)
     with budget.listening(), balls.precision():
-        reduced = reduced_problems(prepared(problem), lengths_of(problem), options, part.taut)[part.frame]
+        reduced = reduced_problems(problem.loaded, lengths_of(problem), options, part.taut)[part.frame]
         found = SubsetSearch(reduced.model, reduced.reduction, budget, options.threads)
         found.solve(part_cells(reduced.reduction, part))
     return PartFound(

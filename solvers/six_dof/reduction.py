@@ -11,12 +11,14 @@ from flint import arb_mat
 from numpy.typing import NDArray
 
 from cdpr_interval.exact import balls
-from cdpr_interval.mechanics.six_dof.arrays import Model, Range, RangeVector, build_model
-from cdpr_interval.mechanics.six_dof.families import Classification, Kind, cross, is_zero, minus
+from cdpr_interval.exact.range import Range, RangeVector
+from cdpr_interval.exact.vector import Vector, cross, is_zero, minus
+from cdpr_interval.mechanics.loaded import LoadedRobot
+from cdpr_interval.mechanics.six_dof.arrays import Model, build_model
+from cdpr_interval.mechanics.six_dof.families import Classification, Kind
 from cdpr_interval.mechanics.six_dof.frame import Frame, upward
-from cdpr_interval.robots.cable_robot import Vector
-from solvers.questions.problem import Options, Problem
-from solvers.six_dof.prepared import Lengths, Prepared, kind_of
+from solvers.questions.problem import Options
+from solvers.six_dof.prepared import Lengths, kind_of
 from solvers.six_dof.roots import ABOUT_ROD, ABOUT_VERTICAL, GENERAL, GEOMETRY, PLANAR, Reduction
 from solvers.six_dof.subset_search import SubsetSearch
 from solvers.six_dof.units import METRES, Units, cells_in_metres, in_units, root_in_metres, units_of
@@ -70,26 +72,26 @@ class Template:
 
 
 def reduced_problems(
-    robot: Prepared, lengths: Lengths, options: Options, taut: tuple[int, ...]
+    loaded: LoadedRobot, lengths: Lengths, options: Options, taut: tuple[int, ...]
 ) -> list[Reduced]:
     """Return the searches whose roots are all poses of the subset (modulo its family)."""
-    found = templates(robot, taut, not options.ignore_tension_sign, not options.ignore_slack)
+    found = templates(loaded, taut, not options.ignore_tension_sign, not options.ignore_slack)
     return [template.with_lengths(lengths) for template in found]
 
 
 @lru_cache(maxsize=TEMPLATES)
-def templates(robot: Prepared, taut: tuple[int, ...], statics: bool, slack: bool) -> tuple[Template, ...]:
+def templates(loaded: LoadedRobot, taut: tuple[int, ...], statics: bool, slack: bool) -> tuple[Template, ...]:
     """Return a subset's searches without the lengths."""
-    problem, kind = robot.problem, kind_of(robot, taut)
+    kind = kind_of(loaded, taut)
     family = kind.vertical or kind.rod
-    others = () if family else tuple(i for i in range(len(problem.robot.cables)) if i not in taut)
+    others = () if family else tuple(i for i in range(len(loaded.robot.cables)) if i not in taut)
     cables = np.array((*taut, *others), dtype=np.int64)
     slack = slack and not family
     with balls.precision():
         if kind.kind is Kind.PLANE:
-            found = plane_problems(problem, taut, kind, others, slack)
+            found = plane_problems(loaded, taut, kind, others, slack)
         else:
-            found = [space_problem(problem, taut, kind, others, statics, slack)]
+            found = [space_problem(loaded, taut, kind, others, statics, slack)]
     return tuple(Template(cables, replace(r, units=units_of(r.model))) for r in found)
 
 
@@ -99,7 +101,7 @@ def unit_lengths(count: int) -> list[Range]:
 
 
 def space_problem(
-    problem: Problem,
+    loaded: LoadedRobot,
     taut: tuple[int, ...],
     kind: Classification,
     others: tuple[int, ...],
@@ -108,17 +110,17 @@ def space_problem(
 ) -> Reduced:
     """Return the search of a subset that lies in no plane."""
     if kind.kind is Kind.ABOUT_VERTICAL:
-        frame, reduction = vertical_frame(problem, taut), ABOUT_VERTICAL
+        frame, reduction = vertical_frame(loaded, taut), ABOUT_VERTICAL
     elif kind.kind is Kind.ABOUT_ROD:
-        frame, reduction = rod_frame(problem, taut), ABOUT_ROD
+        frame, reduction = rod_frame(loaded, taut), ABOUT_ROD
     else:
         frame = Frame.plain()
         reduction = GEOMETRY if len(taut) == 6 else GENERAL
-    points = [frame.point(problem.anchors_from_centre[i]) for i in (*taut, *others)]
+    points = [frame.point(loaded.arms[i]) for i in (*taut, *others)]
     if kind.kind is Kind.ABOUT_ROD:
         points = [on_axis(p, 2) for p in points]
-    load = frame.force(problem.load)
-    anchors = [frame.anchor(problem.robot.cables[i].frame_anchor) for i in (*taut, *others)]
+    load = frame.force(loaded.load)
+    anchors = [frame.anchor(loaded.robot.cables[i].frame_anchor) for i in (*taut, *others)]
     if kind.kind is Kind.ABOUT_VERTICAL:
         load, anchors = on_axis(load, 2), [on_axis(a, 2) for a in anchors]
     lengths = unit_lengths(len(points))
@@ -142,12 +144,12 @@ def is_downward(load: Vector) -> bool:
     return load[0] == 0 and load[1] == 0 and load[2] < 0
 
 
-def vertical_frame(problem: Problem, taut: tuple[int, ...]) -> Frame:
+def vertical_frame(loaded: LoadedRobot, taut: tuple[int, ...]) -> Frame:
     """Return the frame with z upward on the line of the taut exit points."""
-    origin = problem.robot.cables[taut[0]].frame_anchor
-    if is_downward(problem.load):
+    origin = loaded.robot.cables[taut[0]].frame_anchor
+    if is_downward(loaded.load):
         return Frame(origin, balls.identity(), balls.identity())
-    z_first = balls.right_handed(upward(problem)).transpose()
+    z_first = balls.right_handed(upward(loaded.load)).transpose()
     return Frame(origin, cyclic() * z_first, balls.identity())
 
 
@@ -156,38 +158,38 @@ def cyclic() -> arb_mat:
     return arb_mat([[0, 1, 0], [0, 0, 1], [1, 0, 0]])
 
 
-def rod_frame(problem: Problem, taut: tuple[int, ...]) -> Frame:
+def rod_frame(loaded: LoadedRobot, taut: tuple[int, ...]) -> Frame:
     """Return the frame whose platform z axis carries the taut platform points."""
     zero = (Fraction(0), Fraction(0), Fraction(0))
-    platform = cyclic() * balls.right_handed(rod_axis(problem, taut)).transpose()
+    platform = cyclic() * balls.right_handed(rod_axis(loaded, taut)).transpose()
     return Frame(zero, balls.identity(), platform)
 
 
-def rod_axis(problem: Problem, taut: tuple[int, ...]) -> arb_mat:
+def rod_axis(loaded: LoadedRobot, taut: tuple[int, ...]) -> arb_mat:
     """Return the unit direction of the line of the taut platform points, platform frame."""
-    b = next(problem.anchors_from_centre[i] for i in taut if not is_zero(problem.anchors_from_centre[i]))
+    b = next(loaded.arms[i] for i in taut if not is_zero(loaded.arms[i]))
     v = balls.fractions(b)
     return v * (1 / balls.norm(v))
 
 
 def plane_problems(
-    problem: Problem, taut: tuple[int, ...], kind: Classification, others: tuple[int, ...], slack: bool
+    loaded: LoadedRobot, taut: tuple[int, ...], kind: Classification, others: tuple[int, ...], slack: bool
 ) -> list[Reduced]:
     """Return the planar searches: base z upward, exit points and taut platform points in y = 0.
 
     The platform's plane can face either way: two mirrored searches, one where a family turns one
     into the other.
     """
-    origin = problem.robot.cables[taut[0]].frame_anchor
-    base = plane_base(problem, taut)
-    platform = plane_platform(problem, taut, kind)
+    origin = loaded.robot.cables[taut[0]].frame_anchor
+    base = plane_base(loaded, taut)
+    platform = plane_platform(loaded, taut, kind)
     mirrored = arb_mat([[1, 0, 0], [0, -1, 0], [0, 0, -1]]) * platform
     found = []
     for turned in [platform] if kind.vertical or kind.rod else [platform, mirrored]:
         frame = Frame(origin, base, turned)
         everyone = (*taut, *others)
-        points = [frame.point(problem.anchors_from_centre[i]) for i in everyone]
-        anchors = [frame.anchor(problem.robot.cables[i].frame_anchor) for i in everyone]
+        points = [frame.point(loaded.arms[i]) for i in everyone]
+        anchors = [frame.anchor(loaded.robot.cables[i].frame_anchor) for i in everyone]
         flat = len(taut)
         points[:flat] = [on_axis(p, 0) if kind.rod else in_plane(p) for p in points[:flat]]
         anchors[:flat] = [on_axis(a, 2) if kind.vertical else in_plane(a) for a in anchors[:flat]]
@@ -195,7 +197,7 @@ def plane_problems(
             anchors,
             points,
             unit_lengths(len(everyone)),
-            on_axis(frame.force(problem.load), 2),
+            on_axis(frame.force(loaded.load), 2),
             flat,
             planar=True,
             slack=slack,
@@ -204,10 +206,10 @@ def plane_problems(
     return found
 
 
-def plane_base(problem: Problem, taut: tuple[int, ...]) -> arb_mat:
+def plane_base(loaded: LoadedRobot, taut: tuple[int, ...]) -> arb_mat:
     """Return the rotation whose rows are x (horizontal, in the plane), y (its normal), z (up)."""
-    up = upward(problem)
-    step = horizontal_step(problem, taut)
+    up = upward(loaded.load)
+    step = horizontal_step(loaded, taut)
     if step is None:
         rows = balls.right_handed(up)
         return cyclic() * rows.transpose()
@@ -216,21 +218,21 @@ def plane_base(problem: Problem, taut: tuple[int, ...]) -> arb_mat:
     return balls.columns(x, balls.cross(up, x), up).transpose()
 
 
-def horizontal_step(problem: Problem, taut: tuple[int, ...]) -> Vector | None:
+def horizontal_step(loaded: LoadedRobot, taut: tuple[int, ...]) -> Vector | None:
     """Return the horizontal part of A_2 - A_1, scaled by |f|^2; None where it vanishes."""
-    f = problem.load
-    d = minus(problem.robot.cables[taut[1]].frame_anchor, problem.robot.cables[taut[0]].frame_anchor)
+    f = loaded.load
+    d = minus(loaded.robot.cables[taut[1]].frame_anchor, loaded.robot.cables[taut[0]].frame_anchor)
     # f x (d x f) = |f|^2 d - (f . d) f
     step = cross(f, cross(d, f))
     return None if is_zero(step) else step
 
 
-def plane_platform(problem: Problem, taut: tuple[int, ...], kind: Classification) -> arb_mat:
+def plane_platform(loaded: LoadedRobot, taut: tuple[int, ...], kind: Classification) -> arb_mat:
     """Return the rotation that lays the taut platform points and the centre of mass into y = 0."""
     if kind.rod:
-        return balls.right_handed(rod_axis(problem, taut)).transpose()
-    b1, b2 = (balls.fractions(problem.anchors_from_centre[i]) for i in taut[:2])
-    first = rod_axis(problem, taut)
+        return balls.right_handed(rod_axis(loaded, taut)).transpose()
+    b1, b2 = (balls.fractions(loaded.arms[i]) for i in taut[:2])
+    first = rod_axis(loaded, taut)
     normal = balls.cross(b1, b2)
     normal = normal * (1 / balls.norm(normal))
     return balls.columns(first, normal, balls.cross(first, normal)).transpose()

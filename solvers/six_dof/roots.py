@@ -7,11 +7,14 @@ from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
+from flint import arb
 from numpy.typing import NDArray
 
 from cdpr_interval.engine.budget import Budget
+from cdpr_interval.exact import balls
 from cdpr_interval.kernels.second_order import ROTATION_ONLY, WHOLE_POSE
 from cdpr_interval.mechanics.six_dof.arrays import Model
+from cdpr_interval.mechanics.six_dof.frame import Frame, Pose, centred_cayley, coordinates, half_turn
 from solvers.six_dof import pose_cells as pose
 from solvers.six_dof import rotation_cells as turn
 from solvers.six_dof.cell_kinds import enclose_pose_cell, enclose_turn_cell, form_arrays
@@ -173,3 +176,35 @@ class Prover:
                 known = enclose_turn_cell(self.turn_scratch, self.model, cell, lo, hi)
             keep[k] = not (known and any(r.holds(int(cell[column]), lo, hi) for r in roots))
         return cells[keep]
+
+
+def pose_of(root: Root, frame: Frame) -> Pose:
+    """Return a root's pose in the robot's frames.
+
+    R(u) is enclosed by its value at the middle and the mean value theorem, so that wide boxes
+    (interval lengths) are not overestimated more than needed.
+    """
+    u = [balls.from_bounds(lo, hi) for lo, hi in root.box[:3]]
+    model_rotation = centred_cayley(u) * half_turn(root.chart)
+    p = balls.vector([balls.from_bounds(lo, hi) for lo, hi in root.box[3:6]])
+    back = frame.base.transpose()
+    rotation = back * model_rotation * frame.platform
+    centre = back * p + balls.fractions(frame.origin)
+    densities = tuple(balls.from_bounds(lo, hi) for lo, hi in root.box[6:])
+    return Pose(rotation, centre, densities)
+
+
+def lies_in(pose: Pose, frame: Frame, root: Root) -> bool:
+    """Return True when a pose with its densities is proved to lie in a root's uniqueness box.
+
+    Coordinates that the reduced problem fixes are zero-width sides of the box. An equilibrium has
+    them exactly, in one of the mirrored frames; in the other they are far off, so touching is enough.
+    """
+    where = coordinates(pose, frame, root.chart)
+    if where is None:
+        return False
+    values = [*where[0], *where[1], *pose.densities]
+    for x, (lo, hi) in zip(values, root.unique, strict=True):
+        if not (x.contains(arb(lo)) if lo == hi else balls.inside(x, lo, hi)):
+            return False
+    return True

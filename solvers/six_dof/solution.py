@@ -10,12 +10,13 @@ from flint import arb, arb_mat
 from numpy.typing import NDArray
 
 from cdpr_interval.exact import balls
+from cdpr_interval.mechanics.energy import classify
 from cdpr_interval.mechanics.orientation import quaternion_from_rotation, rpy_from_rotation
 from cdpr_interval.mechanics.six_dof.fields import OPEN, STABLE, Cables, Fields, fill_fields
 from cdpr_interval.mechanics.six_dof.frame import Frame, Pose
-from cdpr_interval.mechanics.stability import classify
+from cdpr_interval.mechanics.stability import Stability
 from cdpr_interval.robots.cable_robot import Robot
-from solvers.answers.result import CableState, Family, Nominal, Proof, Solution, Stability
+from solvers.answers.data import CableState, Family, Nominal, Proof, Solution
 from solvers.questions.problem import Options, Problem
 from solvers.six_dof.prepared import Lengths
 from solvers.six_dof.roots import Root
@@ -35,7 +36,7 @@ class Geometry:
 def geometry(problem: Problem, pose: Pose) -> Geometry:
     """Compute arms, spokes and distances of all cables."""
     arms, spokes, distances = [], [], []
-    for cable, b in zip(problem.robot.cables, problem.anchors_from_centre, strict=True):
+    for cable, b in zip(problem.robot.cables, problem.loaded.arms, strict=True):
         r = pose.rotation * balls.fractions(b)
         e = balls.fractions(cable.frame_anchor) - pose.centre - r
         arms.append(r)

@@ -24,11 +24,12 @@ from flint import arb, arb_mat
 from numpy.typing import NDArray
 
 from cdpr_interval.exact import balls
+from cdpr_interval.exact.range import Range
+from cdpr_interval.mechanics.energy import to_matrix
 from cdpr_interval.mechanics.six_dof import system as newton
-from cdpr_interval.mechanics.six_dof.arrays import Model, Range, build_model
+from cdpr_interval.mechanics.six_dof.arrays import Model, build_model
 from cdpr_interval.mechanics.six_dof.frame import Frame, Pose, centred_cayley, coordinates, half_turn
 from cdpr_interval.mechanics.six_dof.tension_polytope import column, wrench_matrix
-from cdpr_interval.mechanics.stability import to_matrix
 from solvers.questions.problem import Problem
 from solvers.six_dof.solution import geometry
 
@@ -106,7 +107,7 @@ def model_of(problem: Problem, cables: tuple[int, ...]) -> Model:
     frame = Frame.plain()
     return build_model(
         [frame.anchor(problem.robot.cables[i].frame_anchor) for i in cables],
-        [frame.point(problem.anchors_from_centre[i]) for i in cables],
+        [frame.point(problem.loaded.arms[i]) for i in cables],
         [Range(*problem.lengths[i]) for i in cables],
         frame.force(problem.load),
         len(cables),
@@ -134,7 +135,7 @@ def tensions_at(problem: Problem, cables: Sequence[int], pose: Pose) -> list[arb
 
 def platform_size(problem: Problem) -> float:
     """Return a length of the platform, in m."""
-    return float(max(sum(abs(x) for x in b) for b in problem.anchors_from_centre)) or 1.0
+    return float(max(sum(abs(x) for x in b) for b in problem.loaded.arms)) or 1.0
 
 
 def switch_at(

@@ -5,9 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import StrEnum
 
+from cdpr_interval.exact.enclosure import Bounds
 from cdpr_interval.mechanics.orientation import Quaternion, quaternion_from_rotation
 from cdpr_interval.mechanics.six_dof.fields import STABLE, UNSTABLE, Fields
-from solvers.answers.result import Bounds, CableState, Stability
+from cdpr_interval.mechanics.stability import Stability
+from solvers.answers.data import CableState
 
 
 class TrackStatus(StrEnum):
@@ -59,6 +61,11 @@ class TrackedPose:
     """Indices of the taut cables; with LOST those of the last pose tracked."""
     fields: Fields | None
     """Of the one pose; None with LOST."""
+
+    @property
+    def proved(self) -> bool:
+        """The same as ``tracked``, in the word of all classes of robots."""
+        return self.tracked
 
     @property
     def tracked(self) -> bool:

@@ -17,18 +17,24 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cdpr_interval.errors import InputError
-from cdpr_interval.exact.enclosure import enclose
+from cdpr_interval.exact.enclosure import Bounds, enclose
+from cdpr_interval.mechanics.loaded import loaded
 from cdpr_interval.mechanics.orientation import Quaternion
 from cdpr_interval.mechanics.six_dof.arrays import HALF_TURNS, platform_size
 from cdpr_interval.mechanics.six_dof.fields import Cables, Fields, fill_fields
 from cdpr_interval.mechanics.six_dof.frame import Frame
+from cdpr_interval.mechanics.stability import Stability
 from cdpr_interval.robots.cable_robot import Robot
-from solvers.answers.result import Bounds, Outcome, Solution, Stability
-from solvers.forward import forward_kinematics, refuse_unsupported
+from solvers.answers.data import Outcome, Solution
+from solvers.answers.message import message_of
+from solvers.questions.checked import require_treated
 from solvers.questions.force import NO_LOAD, ZERO, read_force
-from solvers.questions.problem import Problem
+from solvers.questions.lengths import read_lengths
+from solvers.questions.problem import Options, Problem
 from solvers.questions.quick import checked, force_key, quick_bounds
-from solvers.six_dof.prepared import prepared
+from solvers.six_dof import scope
+from solvers.six_dof.forward import solve
+from solvers.six_dof.prepared import cables_of
 from solvers.six_dof.roots import GENERAL, GEOMETRY, system_of
 from solvers.six_dof.track import BROAD, LOOSE, MOVED, NO_ROOT, SINGULAR, TIGHT, TRACKED, track
 from solvers.six_dof.tracked_pose import Region, TrackedPose, TrackStatus
@@ -120,11 +126,11 @@ class Tracker:
         radius: float | None = None,
         least_radius: float | None = None,
     ) -> None:
-        if robot.is_point_mass:
+        if not scope.accepts(robot):
             raise InputError(f"robot '{robot.name}': is a point mass; use PointMass, it needs no start")
-        refuse_unsupported(robot)
+        require_treated(robot, scope.refuses(robot))
         self._robot = robot
-        points = np.array([[float(x) for x in b] for b in Problem(robot, ()).anchors_from_centre])
+        points = np.array([[float(x) for x in b] for b in loaded(robot).arms])
         self._size = platform_size(points)
         self._radius = metres("radius", radius, LARGEST_REGION * self._size, 0.5 * self._size)
         smallest = min(SMALLEST_REGION * self._size, self._radius)
@@ -318,10 +324,11 @@ class Tracker:
 
     def _begin(self, lengths: Any, load: Load) -> str:
         """Search everywhere for a pose to start from; return why there is none."""
-        result = forward_kinematics(self._robot, lengths, external_force=load.exact)
-        stable = [s for s in result.solutions if is_single(s) and s.stability is Stability.STABLE]
-        if result.outcome is not Outcome.COMPLETE:
-            return f"there is no last pose, and the search for one is not complete: {result.message}"
+        ranges = read_lengths(lengths, self._robot.cable_names)
+        answer = solve(Problem(self._robot, ranges, load.exact), Options())
+        stable = [s for s in answer.solutions if is_single(s) and s.stability is Stability.STABLE]
+        if answer.outcome is not Outcome.COMPLETE:
+            return f"there is no last pose, and the search for one is not complete: {message_of(answer)}"
         if len(stable) != 1:
             return (
                 f"there is no last pose, and {len(stable)} stable ones for these lengths: choose one by reset"
@@ -332,12 +339,12 @@ class Tracker:
     def _under(self, external_force: Any) -> Load:
         """Return what follows from a force; that of the last one is kept."""
         force = ZERO if external_force is None else read_force(external_force)
-        problem = Problem(self._robot, (), force)
-        if not any(problem.load):
+        under_load = loaded(self._robot, force)
+        if not any(under_load.load):
             raise InputError(NO_LOAD)
-        cables = prepared(problem).cables
+        cables = cables_of(under_load)
         key = force_key(ZERO_FORCE if external_force is None else external_force)
-        self._loaded = Load(key, np.array([enclose(x) for x in problem.load]), cables, force)
+        self._loaded = Load(key, np.array([enclose(x) for x in under_load.load]), cables, force)
         if self._charts is None:
             self._charts = charts_of(cables)
         return self._loaded

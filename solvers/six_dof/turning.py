@@ -12,7 +12,7 @@ from cdpr_interval.exact import balls
 from cdpr_interval.mechanics.arcs import Arc, ArcEnd, Circle, circle, common_arcs
 from cdpr_interval.mechanics.six_dof.families import Classification, Kind
 from cdpr_interval.mechanics.six_dof.frame import Pose, upward
-from solvers.answers.result import Family, Proof, Solution
+from solvers.answers.data import Family, Proof, Solution
 from solvers.questions.problem import Options, Problem
 from solvers.six_dof.hanging import slack_rotation
 from solvers.six_dof.solution import length_ball, pose_solution, turning
@@ -51,14 +51,14 @@ def axes_of(problem: Problem, taut: tuple[int, ...], kind: Classification, pose:
     found: list[Axis] = []
     if kind.kind is not Kind.ONE_POINT and not (kind.vertical or kind.rod):
         return found
-    up = upward(problem)
+    up = upward(problem.load)
     if kind.kind is Kind.ONE_POINT:
-        b = balls.fractions(problem.anchors_from_centre[taut[0]])
+        b = balls.fractions(problem.loaded.arms[taut[0]])
         found.append(Axis(pose.centre + pose.rotation * b, up))
     if kind.vertical:
         found.append(Axis(balls.fractions(problem.robot.cables[taut[0]].frame_anchor), up))
     if kind.rod:
-        b = next(v for v in (problem.anchors_from_centre[i] for i in taut) if any(v))
+        b = next(v for v in (problem.loaded.arms[i] for i in taut) if any(v))
         direction = balls.fractions(b)
         found.append(Axis(pose.centre, pose.rotation * direction * (1 / balls.norm(direction))))
     return found
@@ -70,7 +70,7 @@ def circles(problem: Problem, taut: tuple[int, ...], pose: Pose, axis: Axis) -> 
     for j, cable in enumerate(problem.robot.cables):
         if j in taut:
             continue
-        point = pose.centre + pose.rotation * balls.fractions(problem.anchors_from_centre[j])
+        point = pose.centre + pose.rotation * balls.fractions(problem.loaded.arms[j])
         found.append(
             circle(
                 j,
@@ -220,7 +220,7 @@ def free_turning_solution(
         if j in taut:
             continue
         far = balls.norm(balls.fractions(cable.frame_anchor) - pose.centre)
-        arm = balls.norm(balls.fractions(problem.anchors_from_centre[j]))
+        arm = balls.norm(balls.fractions(problem.loaded.arms[j]))
         length = length_ball(problem, j)
         # With slackness ignored all rotations are listed, and one at which a cable is too long says so.
         least = far + arm if options.ignore_slack else abs(far - arm)

@@ -34,6 +34,7 @@ from flint import arb, arb_mat
 from numpy.typing import NDArray
 
 from cdpr_interval.exact import balls
+from cdpr_interval.mechanics.energy import constraint_rows, positive_definite, quadratic_form
 from cdpr_interval.mechanics.six_dof.frame import Pose, cayley
 from cdpr_interval.mechanics.six_dof.tension_polytope import (
     TensionRays,
@@ -42,7 +43,6 @@ from cdpr_interval.mechanics.six_dof.tension_polytope import (
     tension_rays,
     wrench_matrix,
 )
-from cdpr_interval.mechanics.stability import constraint_rows, positive_definite, quadratic_form
 from solvers.questions.problem import Problem
 from solvers.six_dof.solution import Geometry, geometry
 

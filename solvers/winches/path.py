@@ -15,13 +15,12 @@ from cdpr_interval.driver.setpoints import PEAK_ACCELERATION, PEAK_SPEED, smooth
 from cdpr_interval.driver.winch import bounds
 from cdpr_interval.errors import CdprError
 from cdpr_interval.mechanics.orientation import quaternion_from_rotation
+from cdpr_interval.mechanics.statics import Pose
 from cdpr_interval.robots.cable_robot import Robot
 from cdpr_interval.robots.winch import WinchLimits
-from solvers.answers.result import CableState
+from solvers.answers.data import CableState
+from solvers.classes import class_of
 from solvers.kinematics.inverse import inverse_kinematics
-from solvers.point_mass.controller import PointMass
-from solvers.questions.pose import Pose
-from solvers.six_dof.tracker import Tracker
 from solvers.winches.where import MeasuredPose, whereabouts
 
 Floats = NDArray[np.float64]
@@ -126,7 +125,9 @@ def plan(
     _require_rates(robot, limits, speeds, accelerations)
     rows = np.vstack([held, lengths])
     # A platform's pose can be followed for a tenth of a millimetre only: the proof is for the set-points.
-    widths = _widths(rows, held, ranges, half_widths) if robot.is_point_mass else np.zeros_like(rows)
+    widths = (
+        _widths(rows, held, ranges, half_widths) if class_of(robot).solves_ranges else np.zeros_like(rows)
+    )
     tensions, pieces = _proved(robot, here, rows, widths)
     ends = np.array([[float(x) for x in one.length] for one in limits])
     margins = np.minimum(lengths - ends[:, 0], ends[:, 1] - lengths).min(axis=0)
@@ -183,7 +184,7 @@ class _Way:
             goal.position,
             goal.rotation,
             taut=list(here.taut),
-            settle=settle and not robot.is_point_mass,
+            settle=settle and class_of(robot).turns,
         )
         if end.lengths is None or not end.is_static:
             raise PathRefused(f"the goal is no static pose: {end.message}")
@@ -193,7 +194,7 @@ class _Way:
         self._last = np.array(end.lengths)
         self._taut = list(here.taut)
         # What the winches hold differs from what inverse kinematics would choose; the difference fades out.
-        self._offset = held - self._by_pose(0.0) if robot.is_point_mass else None
+        self._offset = held - self._by_pose(0.0) if not class_of(robot).turns else None
 
     def _by_pose(self, share: float) -> Floats:
         place = self._start + share * (self._end - self._start)
@@ -249,7 +250,7 @@ def _require_rates(
 
 def _proved(robot: Robot, here: MeasuredPose, rows: Floats, widths: Floats) -> tuple[Floats, int]:
     """Prove a pose for all lengths along the path; return bounds of the tensions, and how many proofs."""
-    prover = _PointProver(robot, here) if robot.is_point_mass else _PlatformProver(robot, here)
+    prover = _Prover(robot, here)
     prover.refutes(np.stack([rows[0], rows[0]], axis=-1))
     total = 0
     for first in range(0, len(rows) - 1, CYCLES_A_PIECE):
@@ -258,7 +259,7 @@ def _proved(robot: Robot, here: MeasuredPose, rows: Floats, widths: Floats) -> t
     return prover.tensions, total
 
 
-def _proved_piece(prover: _PointProver | _PlatformProver, rows: Floats, width: Floats, halvings: int) -> int:
+def _proved_piece(prover: _Prover, rows: Floats, width: Floats, halvings: int) -> int:
     ranges = np.stack([rows.min(axis=0) - width, rows.max(axis=0) + width], axis=-1)
     reason = prover.refutes(ranges)
     if not reason:
@@ -278,7 +279,13 @@ class _Prover:
 
     def __init__(self, robot: Robot, here: MeasuredPose) -> None:
         self._robot, self._here = robot, here
+        self._follow = class_of(robot).follower(robot, here.solution)
         self.tensions: Floats = here.tensions.copy()
+
+    def refutes(self, ranges: Floats) -> str:
+        """Return why ranges of lengths are refused; empty when they are proved."""
+        pose = self._follow(ranges)
+        return self._accept(pose.states, pose.tensions) if pose.proved else pose.reason
 
     def _accept(self, states: Sequence[CableState], tensions: Floats) -> str:
         """Return why a proved pose is refused; empty when it is accepted."""
@@ -294,36 +301,6 @@ class _Prover:
         self.tensions[:, 0] = np.minimum(self.tensions[:, 0], tensions[:, 0])
         self.tensions[:, 1] = np.maximum(self.tensions[:, 1], tensions[:, 1])
         return ""
-
-
-class _PointProver(_Prover):
-    """A point mass: the one pose anywhere."""
-
-    def __init__(self, robot: Robot, here: MeasuredPose) -> None:
-        super().__init__(robot, here)
-        self._solver = PointMass(robot)
-
-    def refutes(self, ranges: Floats) -> str:
-        """Return why ranges of lengths are refused; empty when they are proved."""
-        pose = self._solver.solve(ranges.tolist())
-        if not pose.proved:
-            return pose.reason
-        return self._accept(pose.states, pose.tensions)
-
-
-class _PlatformProver(_Prover):
-    """A platform: the pose that goes on from the last one."""
-
-    def __init__(self, robot: Robot, here: MeasuredPose) -> None:
-        super().__init__(robot, here)
-        self._tracker = Tracker(robot, here.solution)
-
-    def refutes(self, ranges: Floats) -> str:
-        """Return why ranges of lengths are refused; empty when they are proved."""
-        pose = self._tracker.update(ranges)
-        if not pose.tracked:
-            return pose.reason
-        return self._accept(pose.states, pose.tensions)
 
 
 def _shown(values: Floats) -> str:

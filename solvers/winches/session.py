@@ -16,10 +16,12 @@ from cdpr_interval.driver.simulated_drive import SimulatedDrive
 from cdpr_interval.driver.simulator import SimulatedBus
 from cdpr_interval.driver.state_file import read_state, write_state
 from cdpr_interval.errors import InputError
+from cdpr_interval.exact.range import Range
+from cdpr_interval.mechanics.statics import Pose
 from cdpr_interval.robots.cable_robot import Robot
-from cdpr_interval.robots.winch import Range, Winch
+from cdpr_interval.robots.winch import Winch
+from solvers.classes import class_of
 from solvers.kinematics.inverse import inverse_kinematics
-from solvers.questions.pose import Pose
 
 DRY_TOLERANCE = Fraction(1, 1000)
 """m by which the lengths of simulated drives count as known when nothing else says so."""
@@ -51,7 +53,7 @@ def winches_of(robot: Robot) -> list[Winch]:
 
 def lengths_at(robot: Robot, pose: Pose, label: str = "--pose") -> list[Fraction]:
     """Return the lengths in m with which the robot hangs at a pose; `InputError` when it cannot."""
-    found = inverse_kinematics(robot, pose.position, pose.rotation, settle=not robot.is_point_mass)
+    found = inverse_kinematics(robot, pose.position, pose.rotation, settle=class_of(robot).turns)
     if found.lengths is None:
         raise InputError(f"{label}: {found.message}")
     return [Fraction(length) for length in found.lengths]

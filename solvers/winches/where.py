@@ -8,10 +8,13 @@ from typing import Any
 
 import numpy as np
 
+from cdpr_interval.exact.enclosure import Bounds
 from cdpr_interval.mechanics.orientation import Quaternion
+from cdpr_interval.mechanics.stability import Stability
 from cdpr_interval.robots.cable_robot import Robot
+from solvers.answers.data import CableState, Solution
 from solvers.answers.document import numbers
-from solvers.answers.result import Bounds, CableState, Solution, Stability
+from solvers.classes import class_of
 from solvers.forward import forward_kinematics
 from solvers.six_dof.tracker import Tracker
 
@@ -94,7 +97,7 @@ def whereabouts(robot: Robot, ranges: Ranges, threads: int = 1) -> Whereabouts:
     threads : int
         For the search of a platform's poses.
     """
-    if robot.is_point_mass:
+    if class_of(robot).solves_ranges:
         result = forward_kinematics(robot, list(ranges), threads=threads)
         poses = tuple(measured(solution, solution) for solution in result.solutions)
         return Whereabouts(poses, result.message, bool(poses) and not result.undecided)

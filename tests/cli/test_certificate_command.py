@@ -13,7 +13,7 @@ from certificates.__main__ import main
 from certificates.container import read, write
 from certificates.tree import Node
 from certificates.verdicts import Verdict
-from solvers.answers.result import Outcome, StopReason
+from solvers.answers.data import Outcome, StopReason
 from solvers.cli import ExitCode, cli
 from tests import hanging_mass
 from tests.made_certificates import changed, leaf, platform
@@ -70,7 +70,7 @@ def test_json_and_certificate_together(hanging, file, tmp_path):
 def test_a_search_that_was_stopped_has_a_certificate(hanging, file, monkeypatch, stop, code):
     answer = replace(hanging_mass.answer(), stop_reason=stop, pending=3)
     assert answer.outcome is Outcome.INCOMPLETE
-    monkeypatch.setattr("solvers.forward._solve", lambda problem, options: answer)
+    monkeypatch.setattr("solvers.point_mass.robot_class.CLASS.forward", lambda problem, options: answer)
     assert run("fk", hanging, "--lengths", "2,5", "--certificate", file).exit_code == code
     assert certificates.check(file).verdict in (Verdict.PROVED, Verdict.NOT_PROVED)
 
@@ -102,7 +102,7 @@ def test_a_search_that_was_stopped_is_pending(file):
 
 @pytest.mark.parametrize("name", ["", "-", "no/such/folder/x", "."])
 def test_the_file_must_be_writable_before_the_run(hanging, monkeypatch, name):
-    monkeypatch.setattr("solvers.forward._solve", lambda problem, options: 1 / 0)
+    monkeypatch.setattr("solvers.point_mass.robot_class.CLASS.forward", lambda problem, options: 1 / 0)
     result = run("fk", hanging, "--lengths", "2,5", "--certificate", name)
     assert result.exit_code == ExitCode.INVALID
     assert [line.startswith("--certificate: ") for line in result.stderr.splitlines()] == [True]

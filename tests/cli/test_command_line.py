@@ -8,7 +8,8 @@ from fractions import Fraction
 import pytest
 from click.testing import CliRunner
 
-from solvers.answers.result import Answer, Result, StopReason
+from solvers.answers.data import Answer, StopReason
+from solvers.answers.result import Result
 from solvers.cli import COMMANDS, cli
 from tests import hanging_mass
 
@@ -33,7 +34,7 @@ def asked(monkeypatch):
         asked.append((problem, options))
         return asked.answer
 
-    monkeypatch.setattr("solvers.forward._solve", solve)
+    monkeypatch.setattr("solvers.point_mass.robot_class.CLASS.forward", solve)
     return asked
 
 
@@ -270,9 +271,9 @@ def test_signals_end_the_search_with_what_it_found(hanging, tmp_path, name):
     code = f"""
 import os, signal, sys, time
 from dataclasses import (replace)
-import solvers.forward
+import solvers.point_mass.robot_class
 from solvers.cli import (main)
-from solvers.answers.result import (StopReason)
+from solvers.answers.data import (StopReason)
 from tests import (hanging_mass)
 def solve(problem, options):
     try:
@@ -280,7 +281,7 @@ def solve(problem, options):
         time.sleep(60)
     except KeyboardInterrupt:
         return replace(hanging_mass.answer(), pending=1, stop_reason=StopReason.INTERRUPTED)
-solvers.forward._solve = solve
+solvers.point_mass.robot_class.CLASS.forward = solve
 sys.argv[1:] = [{hanging!r}, "--lengths", "2,5", "--json", "-"]
 main()
 """
@@ -372,7 +373,7 @@ def test_an_internal_error_is_one_line_and_a_traceback_with_v(monkeypatch, hangi
     def broken(problem, options):
         raise RuntimeError("two\nlines")
 
-    monkeypatch.setattr("solvers.forward._solve", broken)
+    monkeypatch.setattr("solvers.point_mass.robot_class.CLASS.forward", broken)
     result = run(hanging, "--lengths", "2,5", "--json", tmp_path / "r.json")
     assert result.exit_code == 1 and lines(result) == ["internal error: RuntimeError: two lines"]
     assert not (tmp_path / "r.json").exists()
@@ -400,10 +401,10 @@ def test_validate_shipped_robots(name):
 def test_a_reader_that_goes_away_ends_the_command_quietly(hanging, tmp_path, args):
     code = f"""
 import sys
-import solvers.forward
+import solvers.point_mass.robot_class
 from solvers.cli import (main)
 from tests import (hanging_mass)
-solvers.forward._solve = lambda problem, options: hanging_mass.answer()
+solvers.point_mass.robot_class.CLASS.forward = lambda problem, options: hanging_mass.answer()
 sys.argv[1:] = {args!r}
 if sys.argv[1] != "--help":
     sys.argv[1:] = [{hanging!r}, *sys.argv[1:]]
@@ -423,10 +424,10 @@ def test_the_result_file_is_written_before_the_output_is_closed(hanging, tmp_pat
     target = tmp_path / "r.json"
     code = f"""
 import os, sys
-import solvers.forward
+import solvers.point_mass.robot_class
 from solvers.cli import (main)
 from tests import (hanging_mass)
-solvers.forward._solve = lambda problem, options: hanging_mass.answer()
+solvers.point_mass.robot_class.CLASS.forward = lambda problem, options: hanging_mass.answer()
 read, write = os.pipe()
 os.close(read)
 os.dup2(write, 1)

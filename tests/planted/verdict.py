@@ -8,7 +8,9 @@ from enum import StrEnum
 import numpy as np
 from numpy.typing import NDArray
 
-from solvers.answers.result import Bounds, CableState, Result, Solution, StopReason
+from cdpr_interval.exact.enclosure import Bounds
+from solvers.answers.data import CableState, Solution, StopReason
+from solvers.answers.result import Result
 from tests.planted.platform import Planted
 
 Floats = NDArray[np.float64]

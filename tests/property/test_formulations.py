@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from solvers import forward_kinematics
-from solvers.answers.result import Outcome, Result
+from solvers.answers.data import Outcome
+from solvers.answers.result import Result
 from solvers.six_dof import forward as six_dof
 from solvers.six_dof.subset_search import SubsetSearch, position_cells, start_cells
 from tests.planted.platform import Planted, plant

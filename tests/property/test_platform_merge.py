@@ -11,14 +11,14 @@ import pytest
 from cdpr_interval import load_robot
 from cdpr_interval.engine.budget import Budget
 from cdpr_interval.exact import balls
-from cdpr_interval.mechanics.six_dof.frame import Frame, lies_in, pose_of
+from cdpr_interval.mechanics.six_dof.frame import Frame
 from cdpr_interval.robots.formats.reader import parse_robot
 from solvers import forward_kinematics
 from solvers.questions.problem import Options, Problem
 from solvers.six_dof.merge import distinct, may_coincide
-from solvers.six_dof.prepared import lengths_of, prepared
+from solvers.six_dof.prepared import lengths_of
 from solvers.six_dof.reduction import reduced_problems
-from solvers.six_dof.roots import Root
+from solvers.six_dof.roots import Root, lies_in, pose_of
 from solvers.six_dof.subset_search import SubsetSearch
 
 
@@ -26,7 +26,7 @@ def found(width: str) -> tuple[list[Root], Frame]:
     """Return the roots of UC3 in all charts, before they are merged, and the frame of their search."""
     ranges = tuple((Fraction(x), Fraction(x) + Fraction(width)) for x in ("7.5", "8", "7"))
     problem = Problem(load_robot("uc3"), ranges)
-    (reduced,) = reduced_problems(prepared(problem), lengths_of(problem), Options(), (0, 1, 2))
+    (reduced,) = reduced_problems(problem.loaded, lengths_of(problem), Options(), (0, 1, 2))
     search = SubsetSearch(reduced.model, reduced.reduction, Budget(cell_limit=60_000))
     search.solve()
     return search.roots, reduced.frame

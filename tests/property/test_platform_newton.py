@@ -14,8 +14,9 @@ import pytest
 
 from cdpr_interval.engine.budget import Budget
 from cdpr_interval.exact.enclosure import enclose
+from cdpr_interval.exact.range import Range, RangeVector
 from cdpr_interval.mechanics.six_dof import system as newton
-from cdpr_interval.mechanics.six_dof.arrays import Model, Range, RangeVector, build_model
+from cdpr_interval.mechanics.six_dof.arrays import Model, build_model
 from solvers.six_dof import pose_cells as pose
 from solvers.six_dof.roots import GENERAL, GEOMETRY, PLANAR, Prover, Root
 from tests.planted_platform import HALF_TURN_SIGNS, Planted, plant, shifted

@@ -10,7 +10,7 @@ import pytest
 from cdpr_interval import load_robot
 from cdpr_interval.robots.formats.reader import parse_robot
 from solvers import forward_kinematics
-from solvers.answers.result import CableState, Outcome
+from solvers.answers.data import CableState, Outcome
 
 
 def within(inner, outer):

@@ -7,8 +7,8 @@ import pytest
 from flint import arb
 
 from cdpr_interval.exact import balls
+from cdpr_interval.mechanics.energy import to_matrix
 from cdpr_interval.mechanics.six_dof.tension_polytope import are_independent, tension_bounds, tension_rays
-from cdpr_interval.mechanics.stability import to_matrix
 
 
 def admissible(columns, start, rng, count=200):

@@ -8,9 +8,9 @@ from flint import arb
 
 from cdpr_interval import load_robot
 from cdpr_interval.exact import balls
+from cdpr_interval.mechanics.energy import quadratic_form, to_matrix
 from cdpr_interval.mechanics.orientation import rotation_from_quaternion
 from cdpr_interval.mechanics.six_dof.frame import Pose, cayley
-from cdpr_interval.mechanics.stability import quadratic_form, to_matrix
 from cdpr_interval.robots.formats.reader import parse_robot
 from solvers import forward_kinematics
 from solvers.forward import pose_problem

@@ -15,8 +15,9 @@ import numpy as np
 import pytest
 
 from cdpr_interval.errors import InputError
+from cdpr_interval.mechanics.loaded import loaded
 from cdpr_interval.robots.cable_robot import Cable, Elasticity, Platform, Robot
-from solvers.answers.result import Answer, CableState, Outcome, StopReason
+from solvers.answers.data import Answer, CableState, Outcome, StopReason
 from solvers.point_mass.forward import solve
 from solvers.point_mass.surd import ExactPose, exact_pose
 from solvers.questions.problem import Method, Options, Problem
@@ -291,7 +292,7 @@ def test_robots_on_a_lattice_against_exact_arithmetic(ignore_slack: bool) -> Non
         ]
         gravity = rng.choice(((0, 0, -1), (1, 0, 0), (1, 1, 0), (0, 1, -2)))
         model = robot(anchors, gravity=gravity)
-        load = Problem(model, ()).load
+        load = loaded(model).load
         exact = {}
         for size in (1, 2, 3):
             for taut in combinations(range(len(anchors)), size):

@@ -15,12 +15,13 @@ import numpy as np
 import pytest
 
 from cdpr_interval import InputError, NotSupportedError, load_robot
+from cdpr_interval.mechanics.loaded import MOST_KEPT, loaded
 from cdpr_interval.robots.cable_robot import Cable, Elasticity, Platform, Robot, Uncertain
 from solvers import PointMass, PoseStatus, forward_kinematics
-from solvers.answers.result import CableState, Outcome, Result
-from solvers.point_mass.arrays import MOST_KEPT, build_arrays, robot_arrays, with_load
-from solvers.point_mass.pose import PointMassPose
-from solvers.questions.problem import Problem
+from solvers.answers.data import CableState, Outcome
+from solvers.answers.result import Result
+from solvers.point_mass.arrays import build_arrays, robot_arrays, with_load
+from solvers.point_mass.controller import PointMassPose
 
 ORIGIN = (Fraction(0), Fraction(0), Fraction(0))
 ROOT = Path(__file__).parents[2]
@@ -229,7 +230,7 @@ def test_a_weightless_mass_needs_a_force() -> None:
 def test_a_force_added_later_gives_the_same_arrays(kind: str, size: str) -> None:
     model = robot(SQUARE, kind)
     force = (Fraction(size) / 3, -Fraction(size), Fraction(0))
-    load, weight = Problem(model, (), force).load, Problem(model, ()).load
+    load, weight = loaded(model, force).load, loaded(model).load
     changed, new = with_load(build_arrays(model, weight), load), build_arrays(model, load)
     assert changed.load_exact == new.load_exact
     for name in ("elastic", "constant", "anchors", "given", "load", "frame"):
@@ -238,11 +239,11 @@ def test_a_force_added_later_gives_the_same_arrays(kind: str, size: str) -> None
 
 def test_arrays_are_kept_for_a_few_robots() -> None:
     models = [robot(SQUARE, mass=80 + i) for i in range(MOST_KEPT + 1)]
-    problems = [Problem(model, ()) for model in models]
-    first = [robot_arrays(problem) for problem in problems]
-    assert all(a is robot_arrays(p) for a, p in zip(first[1:], problems[1:], strict=True))
-    assert robot_arrays(problems[0]) is not first[0]
-    again = robot_arrays(Problem(models[5], (), (Fraction(1), Fraction(0), Fraction(0))))
+    under_load = [loaded(model) for model in models]
+    first = [robot_arrays(one) for one in under_load]
+    assert all(a is robot_arrays(one) for a, one in zip(first[1:], under_load[1:], strict=True))
+    assert robot_arrays(loaded(models[0])) is not first[0]
+    again = robot_arrays(loaded(models[5], (Fraction(1), Fraction(0), Fraction(0))))
     assert again.load_exact[0] == 1 and again.anchors is first[5].anchors
 
 

@@ -12,13 +12,14 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
+from cdpr_interval.exact.enclosure import length_bounds
 from cdpr_interval.robots.cable_robot import Cable, Platform, Robot
 from solvers import PointMass, Result, forward_kinematics
-from solvers.answers.result import CableState, Outcome
-from solvers.point_mass.arrays import length_bounds, robot_arrays
+from solvers.answers.data import CableState, Outcome
+from solvers.point_mass.arrays import robot_arrays
+from solvers.point_mass.controller import PoseStatus
 from solvers.point_mass.convex import find_pose
 from solvers.point_mass.entry import Fields
-from solvers.point_mass.pose import PoseStatus
 from solvers.point_mass.reach import reachable
 from solvers.point_mass.tension_polytope import tensions_at
 from solvers.questions.problem import Problem
@@ -284,7 +285,7 @@ def test_an_open_region_holds_every_pose_for_lengths_in_their_ranges() -> None:
         model = robot(anchors)
         ranges = [(s - Fraction(1, 500), s + Fraction(1, 500)) for s in lengths]
         problem = Problem(model, tuple(ranges))
-        arrays = robot_arrays(problem)
+        arrays = robot_arrays(problem.loaded)
         box = reachable(arrays, length_bounds(ranges))
         for _ in range(60):
             chosen = [float(lo + (hi - lo) * Fraction(rng.random())) for lo, hi in ranges]

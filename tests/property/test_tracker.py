@@ -14,11 +14,11 @@ from flint import arb, ctx
 
 from cdpr_interval import load_robot
 from cdpr_interval.exact.enclosure import enclose
+from cdpr_interval.mechanics.loaded import loaded
 from cdpr_interval.mechanics.six_dof import system as newton
 from solvers import forward_kinematics
-from solvers.questions.problem import Problem
 from solvers.six_dof import track as pt
-from solvers.six_dof.prepared import prepared
+from solvers.six_dof.prepared import cables_of as report_cables
 from solvers.six_dof.roots import GENERAL, GEOMETRY, system_of
 from solvers.six_dof.tracker import Tracker, chart_of, charts_of, quaternion_of
 from tests.planted.platform import Planted as PlantedRobot
@@ -503,7 +503,7 @@ def test_quaternions_and_charts_are_inverse_and_exact(chart: int) -> None:
 
 def test_charts_turn_the_platform_points() -> None:
     robot = load_robot("cogiro")
-    charts = charts_of(prepared(Problem(robot, ())).cables)
+    charts = charts_of(report_cables(loaded(robot)))
     centre = robot.platform.centre_of_mass
     for chart, signs in enumerate(HALF_TURN_SIGNS):
         for i, cable in enumerate(robot.cables):

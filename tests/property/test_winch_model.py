@@ -15,7 +15,8 @@ from cdpr_interval.driver.drum import OffTheDrum, law_of
 from cdpr_interval.driver.reference import home
 from cdpr_interval.driver.winch import WinchModel, bounds
 from cdpr_interval.exact.irrational import PI, square_root
-from cdpr_interval.robots.winch import HelicalDrum, MultilayerDrum, Range, TableDrum
+from cdpr_interval.exact.range import Range
+from cdpr_interval.robots.winch import HelicalDrum, MultilayerDrum, TableDrum
 from tests.winch_robots import HELICAL, LINEAR, MULTILAYER, TABLE, between, winch
 
 mp.dps = 60

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from cdpr_interval.mechanics.stability import Stability
 from cdpr_interval.robots.formats.reader import parse_robot
 from solvers import forward_kinematics
-from solvers.answers.result import CableState, Outcome, Stability
+from solvers.answers.data import CableState, Outcome
 
 HEAD = "format: cdpr-robot/1\nname: test\nplatform: {mass_kg: 1}\ncables:\n"
 

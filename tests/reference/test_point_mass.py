@@ -8,8 +8,9 @@ from pathlib import Path
 
 import pytest
 
+from cdpr_interval.mechanics.stability import Stability
 from cdpr_interval.robots.cable_robot import Cable, Elasticity, Platform, Robot
-from solvers.answers.result import Answer, CableState, Outcome, Solution, Stability
+from solvers.answers.data import Answer, CableState, Outcome, Solution
 from solvers.point_mass.forward import solve
 from solvers.questions.problem import Method, Options, Problem
 

@@ -18,9 +18,11 @@ import pytest
 
 from cdpr_interval import load_robot
 from cdpr_interval.mechanics.orientation import rotation_from_quaternion
+from cdpr_interval.mechanics.stability import Stability
 from cdpr_interval.robots.cable_robot import Robot
 from solvers import forward_kinematics, inverse_kinematics
-from solvers.answers.result import Outcome, Result, Stability
+from solvers.answers.data import Outcome
+from solvers.answers.result import Result
 
 EXCESS = 1e-6
 """m: most that a tendon may be longer than its limit at rest."""

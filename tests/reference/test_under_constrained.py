@@ -12,9 +12,11 @@ import pytest
 
 from cdpr_interval import load_robot
 from cdpr_interval.mechanics.orientation import rotation_from_quaternion
+from cdpr_interval.mechanics.stability import Stability
 from cdpr_interval.robots.cable_robot import Cable, Platform, Robot
 from solvers import forward_kinematics, inverse_kinematics
-from solvers.answers.result import CableState, Outcome, Result, Solution, Stability
+from solvers.answers.data import CableState, Outcome, Solution
+from solvers.answers.result import Result
 
 DATA = Path(__file__).parent / "data"
 CASES = {case["name"]: case for case in json.loads((DATA / "uc.json").read_text())["cases"]}

@@ -26,7 +26,7 @@ from certificates.searches import MOST_ROOTS
 from certificates.tree import Cell, Node, decode
 from certificates.turning import everywhere
 from certificates.verdicts import Malformed, NotProved, Report, Verdict
-from solvers.answers.result import CableState
+from solvers.answers.data import CableState
 from solvers.forward import answer_question, pose_problem
 from solvers.proofs.check import difference
 from solvers.proofs.document import certificate_document, document_candidates, hindrance

@@ -145,7 +145,7 @@ def refine(problem: Problem, taut, solution):
         # Bring r back to a rotation: one step of Newton's polar iteration.
         for _ in range(3):
             r = ((r + r.transpose().inv()) * arb(0.5)).mid()
-        arms = [r * balls.fractions(problem.anchors_from_centre[i]) for i in taut]
+        arms = [r * balls.fractions(problem.loaded.arms[i]) for i in taut]
         exits = [balls.fractions(problem.robot.cables[i].frame_anchor) for i in taut]
         e = [(a - p - arm).mid() for a, arm in zip(exits, arms, strict=True)]
         lengths = [balls.from_fraction(problem.lengths[i][0]) for i in taut]

@@ -8,12 +8,14 @@ from fractions import Fraction as F
 import pytest
 
 from cdpr_interval import InputError, NotSupportedError, load_robot
+from cdpr_interval.exact.enclosure import length_bounds
 from cdpr_interval.robots.cable_robot import Elasticity, Uncertain
 from solvers import forward_kinematics
-from solvers.answers.result import Outcome, StopReason
-from solvers.forward import _around
+from solvers.answers.data import Outcome, StopReason
 from solvers.questions.problem import Method
 from tests import hanging_mass
+
+FORWARD = "solvers.point_mass.robot_class.CLASS.forward"
 
 
 @pytest.fixture
@@ -25,7 +27,8 @@ def asked(monkeypatch):
         questions.append((problem, options))
         return hanging_mass.answer()
 
-    monkeypatch.setattr("solvers.forward._solve", solve)
+    monkeypatch.setattr(FORWARD, solve)
+    monkeypatch.setattr("solvers.six_dof.robot_class.CLASS.forward", solve)
     return questions
 
 
@@ -78,19 +81,19 @@ def test_the_result_has_the_keys_of_the_format_in_order(asked):
 
 
 def test_enclosing_doubles_are_neighbours():
-    lo, hi = _around(F(1, 10))
+    lo, hi = length_bounds([(F(1, 10), F(1, 10))])[0].tolist()
     assert F(lo) < F(1, 10) < F(hi) and hi == math.nextafter(lo, 1.0)
-    assert _around(F(1, 2)) == (0.5, 0.5)
+    assert length_bounds([(F(1, 2), F(3, 4))]).tolist() == [[0.5, 0.75]]
 
 
 def test_message_without_a_pose(monkeypatch):
-    monkeypatch.setattr("solvers.forward._solve", lambda p, o: hanging_mass.no_answer())
+    monkeypatch.setattr(FORWARD, lambda p, o: hanging_mass.no_answer())
     result = forward_kinematics(hanging_mass.robot(), [1, 1])
     assert result.outcome is Outcome.COMPLETE and result.message == "cables c1 and c2 are too short to meet"
 
 
 def test_message_of_an_open_answer(monkeypatch):
-    monkeypatch.setattr("solvers.forward._solve", lambda p, o: hanging_mass.open_answer())
+    monkeypatch.setattr(FORWARD, lambda p, o: hanging_mass.open_answer())
     result = forward_kinematics(hanging_mass.robot(), [2, 5])
     assert result.outcome is Outcome.INCOMPLETE
     assert result.message == (
@@ -103,7 +106,7 @@ def test_an_interrupt_outside_the_search_is_a_result(monkeypatch):
     def interrupted(problem, options):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("solvers.forward._solve", interrupted)
+    monkeypatch.setattr(FORWARD, interrupted)
     result = forward_kinematics(hanging_mass.robot(), [2, 5])
     assert (result.outcome, result.stop_reason) == (Outcome.INCOMPLETE, StopReason.INTERRUPTED)
 

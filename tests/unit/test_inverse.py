@@ -17,10 +17,10 @@ from cdpr_interval.mechanics.orientation import (
     rpy_from_rotation,
     vector_from_rotation,
 )
-from cdpr_interval.mechanics.statics import static_model
+from cdpr_interval.mechanics.statics import Pose, static_model
 from cdpr_interval.robots.cable_robot import Elasticity, Uncertain
 from solvers import IkResult, inverse_kinematics
-from solvers.questions.pose import Pose, read_pose
+from solvers.questions.pose import read_pose
 
 UC3_LOWEST = (
     (4.980166136652, 3.159526873789, -7.16948323259),

@@ -10,10 +10,11 @@ import pytest
 from flint import arb_mat
 
 from cdpr_interval.exact import balls
+from cdpr_interval.exact.vector import Vector
 from cdpr_interval.mechanics.six_dof.frame import Pose
-from cdpr_interval.robots.cable_robot import Cable, Platform, Robot, Vector
+from cdpr_interval.robots.cable_robot import Cable, Platform, Robot
 from solvers import forward_kinematics
-from solvers.answers.result import CableState, Outcome
+from solvers.answers.data import CableState, Outcome
 from solvers.questions.problem import Problem
 from solvers.six_dof.hanging import hangs_by_centre, slack_rotation
 

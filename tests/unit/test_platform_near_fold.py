@@ -7,9 +7,10 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from cdpr_interval.robots.cable_robot import Cable, Platform, Robot, Vector
+from cdpr_interval.exact.vector import Vector
+from cdpr_interval.robots.cable_robot import Cable, Platform, Robot
 from solvers import forward_kinematics
-from solvers.answers.result import Outcome
+from solvers.answers.data import Outcome
 
 
 def vector(text: str) -> Vector:

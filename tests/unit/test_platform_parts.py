@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 
 from cdpr_interval import load_robot
-from solvers.answers.result import Outcome, StopReason
+from solvers.answers.data import Outcome, StopReason
 from solvers.forward import answer_question, pose_problem
 from solvers.questions.problem import Options
 from solvers.six_dof.forward import subsets
 from solvers.six_dof.parts import Part, PartFound, part_cells, parts_of, solve_part
-from solvers.six_dof.prepared import lengths_of, prepared
+from solvers.six_dof.prepared import lengths_of
 from solvers.six_dof.reduction import reduced_problems
 
 CASES = {"uc3": ["7.5", "8", "7"], "uc4": ["7.5", "8", "7", "9"]}
@@ -38,7 +38,7 @@ def in_parts(problem, options, count):
 def test_parts_cover_the_charts_once(count):
     options = Options()
     problem = question("uc3", options)
-    (reduced,) = reduced_problems(prepared(problem), lengths_of(problem), options, (0, 1, 2))
+    (reduced,) = reduced_problems(problem.loaded, lengths_of(problem), options, (0, 1, 2))
     every = [part_cells(reduced.reduction, Part((0, 1, 2), 0, k, count)) for k in range(count)]
     cells = np.concatenate(every)
     assert len(cells) >= count and all(len(some) for some in every) == (count <= len(cells))

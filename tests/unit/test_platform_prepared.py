@@ -9,13 +9,14 @@ import numpy as np
 import pytest
 
 from cdpr_interval import load_robot
+from cdpr_interval.mechanics import loaded as loaded_module
+from cdpr_interval.mechanics.loaded import MOST_KEPT
 from cdpr_interval.mechanics.six_dof.arrays import nearest
 from solvers import forward_kinematics
 from solvers.answers.result import Result
 from solvers.questions.problem import Options, Problem
-from solvers.six_dof import prepared as platform_prepared
 from solvers.six_dof import reduction as platform_reduction
-from solvers.six_dof.prepared import ROBOTS, Same, kind_of, lengths_of, prepared
+from solvers.six_dof.prepared import cables_of, kind_of, lengths_of
 from solvers.six_dof.reduction import reduced_problems
 
 ZERO = (Fraction(0),) * 3
@@ -31,19 +32,18 @@ def solutions(result: Result):
 
 def test_a_robot_is_known_again_as_the_same_object_under_the_same_load() -> None:
     robot, twin = load_robot("uc2"), load_robot("uc2")
-    first = prepared(question(robot, ["7.5", "8"]))
-    assert prepared(question(robot, ["7", "7"])) is first
-    assert prepared(question(twin, ["7.5", "8"])) is not first
-    assert prepared(question(robot, ["7", "7"], (Fraction(1), Fraction(0), Fraction(0)))) is not first
-    assert Same(robot) == Same(robot) and Same(robot) != Same(twin) and Same(robot) != robot
+    first = question(robot, ["7.5", "8"]).loaded
+    assert question(robot, ["7", "7"]).loaded is first
+    assert question(twin, ["7.5", "8"]).loaded is not first
+    assert question(robot, ["7", "7"], (Fraction(1), Fraction(0), Fraction(0))).loaded is not first
 
 
 def test_what_is_kept_is_bounded() -> None:
-    for _ in range(3 * ROBOTS):
-        robot = prepared(question(load_robot("uc2"), ["7", "7"]))
+    for _ in range(3 * MOST_KEPT):
+        robot = question(load_robot("uc2"), ["7", "7"]).loaded
         kind_of(robot, (0, 1))
-    assert platform_prepared._prepared.cache_info().currsize <= ROBOTS
-    for cache in (platform_prepared._prepared, kind_of, platform_reduction.templates):
+    assert loaded_module._loaded.cache_info().currsize <= MOST_KEPT
+    for cache in (loaded_module._loaded, cables_of, kind_of, platform_reduction.templates):
         assert cache.cache_info().maxsize is not None
 
 
@@ -65,7 +65,7 @@ def test_lengths_and_loads_of_one_robot_do_not_mix() -> None:
 def test_options_that_change_the_search_are_told_apart() -> None:
     robot = load_robot("uc4")
     problem = question(robot, ["7.5", "8", "7", "9"])
-    known, lengths = prepared(problem), lengths_of(problem)
+    known, lengths = problem.loaded, lengths_of(problem)
     for ignore_slack in (False, True):
         (reduced,) = reduced_problems(known, lengths, Options(ignore_slack=ignore_slack), (0, 1, 2))
         assert reduced.model.slack is not ignore_slack

@@ -6,7 +6,7 @@ import pytest
 
 from cdpr_interval.robots.cable_robot import Cable, Platform, Robot
 from solvers import forward_kinematics
-from solvers.answers.result import Outcome
+from solvers.answers.data import Outcome
 from solvers.questions.problem import Problem
 from solvers.six_dof.reach import reach_message
 

@@ -8,12 +8,14 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from cdpr_interval.robots.cable_robot import Robot, Vector
+from cdpr_interval.exact.vector import Vector
+from cdpr_interval.robots.cable_robot import Robot
 from cdpr_interval.robots.formats.reader import load_robot
 from solvers import forward_kinematics
-from solvers.answers.result import Outcome, Result
+from solvers.answers.data import Outcome
+from solvers.answers.result import Result
 from solvers.questions.problem import Options, Problem
-from solvers.six_dof.prepared import lengths_of, prepared
+from solvers.six_dof.prepared import lengths_of
 from solvers.six_dof.reduction import reduced_problems
 from solvers.six_dof.units import METRES, Units, in_units, moved_outward, scaled
 
@@ -73,7 +75,7 @@ def test_a_robot_of_ordinary_size_keeps_its_units() -> None:
         robot = in_other_units(load_robot("uc3"), length, Fraction(1))
         ranges = tuple((length * Fraction(x), length * Fraction(x)) for x in CASES["uc3"])
         problem = Problem(robot, ranges)
-        (reduced,) = reduced_problems(prepared(problem), lengths_of(problem), Options(), (0, 1, 2))
+        (reduced,) = reduced_problems(problem.loaded, lengths_of(problem), Options(), (0, 1, 2))
         assert abs(reduced.units.length - units.length) <= 8 and reduced.units.force == 0
         assert bool(reduced.units) is bool(units)
         assert 0.05 < reduced.model.size < 20.0
@@ -83,7 +85,7 @@ def test_what_cannot_be_scaled_exactly_is_not_scaled() -> None:
     """Bounds would be lost where a number underflows."""
     robot = load_robot("uc3")
     problem = Problem(robot, ((Fraction(7), Fraction(7)),) * 3)
-    (reduced,) = reduced_problems(prepared(problem), lengths_of(problem), Options(), (0, 1, 2))
+    (reduced,) = reduced_problems(problem.loaded, lengths_of(problem), Options(), (0, 1, 2))
     moved = in_units(reduced.model, Units(8, -32))
     assert moved is not None
     assert moved.size * 256.0 == reduced.model.size

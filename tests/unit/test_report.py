@@ -15,7 +15,7 @@ from click.testing import CliRunner
 from cdpr_interval import load_robot
 from certificates.verdicts import Verdict
 from solvers import forward_kinematics
-from solvers.answers.result import CableState, Certainty, Undecided
+from solvers.answers.data import CableState, Certainty, Undecided
 from solvers.cli import cli
 from solvers.proofs.check import Proof
 from solvers.report.page import left_open, result_page

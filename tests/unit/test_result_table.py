@@ -16,8 +16,8 @@ from numba import njit
 
 from cdpr_interval.mechanics.orientation import rotation_from_rpy, rpy_from_rotation
 from solvers.answers.angles import rpy_enclosures
+from solvers.answers.data import Answer
 from solvers.answers.digits import proved_decimal, proved_significant
-from solvers.answers.result import Answer
 from solvers.answers.table import print_result, table
 from solvers.commands.progress import ProgressDisplay
 from solvers.questions.problem import Options, Problem, Progress

@@ -4,8 +4,8 @@ import pytest
 from flint import arb
 
 from cdpr_interval.exact import balls
-from cdpr_interval.mechanics.stability import classify
-from solvers.answers.result import Stability
+from cdpr_interval.mechanics.energy import classify
+from cdpr_interval.mechanics.stability import Stability
 
 UP = balls.vector([arb(0), arb(0), arb(1)])
 BELOW = balls.vector([arb(0), arb(0), arb(-1)])

@@ -14,9 +14,11 @@ import pytest
 from cdpr_interval import load_robot
 from cdpr_interval.errors import InputError, NotSupportedError
 from cdpr_interval.mechanics.orientation import rotation_from_quaternion
+from cdpr_interval.mechanics.stability import Stability
 from cdpr_interval.robots.cable_robot import Robot
 from solvers import forward_kinematics, inverse_kinematics
-from solvers.answers.result import CableState, Certainty, Family, Outcome, Result, Solution, Stability
+from solvers.answers.data import Answer, CableState, Certainty, Family, Solution
+from solvers.answers.result import Result
 from solvers.six_dof.tracked_pose import TrackedPose, TrackStatus
 from solvers.six_dof.tracker import Tracker
 from tests import hanging_mass
@@ -292,16 +294,11 @@ def test_no_start_without_a_stable_pose_or_with_several() -> None:
 def test_no_start_where_the_search_ends_without_a_choice(monkeypatch: pytest.MonkeyPatch) -> None:
     robot, result = uc4()
     answers = [
-        (
-            replace(result, solutions=(stable(), stable())),
-            "2 stable ones for these lengths: choose one by reset",
-        ),
-        (replace(result, outcome=Outcome.INCOMPLETE), "the search for one is not complete"),
+        (Answer((stable(), stable())), "2 stable ones for these lengths: choose one by reset"),
+        (Answer(result.solutions, pending=1), "the search for one is not complete"),
     ]
     for answer, part in answers:
-        monkeypatch.setattr(
-            "solvers.six_dof.tracker.forward_kinematics", lambda *_, answer=answer, **__: answer
-        )
+        monkeypatch.setattr("solvers.six_dof.tracker.solve", lambda *_, answer=answer: answer)
         own = Tracker(robot)
         pose = own.update(UC4)
         assert not pose.tracked and pose.region is None and part in pose.reason

@@ -9,13 +9,13 @@ from pathlib import Path
 import pytest
 
 from cdpr_interval.errors import InputError
+from cdpr_interval.exact.range import Range
 from cdpr_interval.robots.formats.reader import parse_robot
 from cdpr_interval.robots.winch import (
     HelicalDrum,
     LinearDrum,
     Mark,
     MultilayerDrum,
-    Range,
     TableDrum,
     WinchGroupSettings,
 )

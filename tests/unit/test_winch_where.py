@@ -10,12 +10,13 @@ import numpy as np
 import pytest
 
 from cdpr_interval import load_robot
+from cdpr_interval.exact.range import Range
+from cdpr_interval.mechanics.stability import Stability
+from cdpr_interval.mechanics.statics import Pose
 from cdpr_interval.robots.formats.reader import parse_robot
-from cdpr_interval.robots.winch import Range
 from scripts import winch_controller
 from solvers import forward_kinematics, inverse_kinematics
-from solvers.answers.result import Stability
-from solvers.questions.pose import Pose, read_pose
+from solvers.questions.pose import read_pose
 from solvers.winches.path import PathRefused, half_widths_of, plan
 from solvers.winches.where import whereabouts
 from tests import hanging_mass

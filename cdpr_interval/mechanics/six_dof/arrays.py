@@ -16,40 +16,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cdpr_interval.exact.enclosure import enclose
+from cdpr_interval.exact.range import Range, RangeVector
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 HALF_TURNS = np.array([[1.0, 1.0, 1.0], [1.0, -1.0, -1.0], [-1.0, 1.0, -1.0], [-1.0, -1.0, 1.0]])
 """Diagonals of D_c for c = 0..3; chart c holds the unit quaternions whose entry c is largest."""
-
-
-class Range(NamedTuple):
-    """Exact rational bounds of a real number."""
-
-    lo: Fraction
-    hi: Fraction
-
-    @staticmethod
-    def exact(x: Fraction | int) -> Range:
-        """Return the range of one number."""
-        return Range(Fraction(x), Fraction(x))
-
-    def __add__(self, other: Range) -> Range:  # type: ignore[override]
-        return Range(self.lo + other.lo, self.hi + other.hi)
-
-    def __neg__(self) -> Range:
-        return Range(-self.hi, -self.lo)
-
-    def __sub__(self, other: Range) -> Range:
-        return self + -other
-
-    def __mul__(self, other: Range) -> Range:  # type: ignore[override]
-        products = [a * b for a in self for b in other]
-        return Range(min(products), max(products))
-
-
-RangeVector = tuple[Range, Range, Range]
 
 
 class Model(NamedTuple):

@@ -14,8 +14,8 @@ from dataclasses import dataclass
 from enum import Enum
 from itertools import combinations
 
-from cdpr_interval.robots.cable_robot import Vector
-from solvers.questions.problem import Problem
+from cdpr_interval.exact.vector import Vector, cross, is_zero, minus
+from cdpr_interval.mechanics.loaded import LoadedRobot
 
 
 class Kind(Enum):
@@ -41,31 +41,16 @@ class Classification:
     rod: bool = False
 
 
-def cross(a: Vector, b: Vector) -> Vector:
-    """Return a x b exactly."""
-    return (a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
-
-
-def minus(a: Vector, b: Vector) -> Vector:
-    """Return a - b exactly."""
-    return (a[0] - b[0], a[1] - b[1], a[2] - b[2])
-
-
-def is_zero(a: Vector) -> bool:
-    """Return True for the zero vector."""
-    return not any(a)
-
-
-def classify(problem: Problem, taut: tuple[int, ...]) -> Classification:
+def classify(loaded: LoadedRobot, taut: tuple[int, ...]) -> Classification:
     """Recognise the family of a taut subset from the exact input."""
-    exits = [problem.robot.cables[i].frame_anchor for i in taut]
-    points = [problem.anchors_from_centre[i] for i in taut]
+    exits = [loaded.robot.cables[i].frame_anchor for i in taut]
+    points = [loaded.arms[i] for i in taut]
     n = len(taut)
     if is_dependent(exits, points):
         return Classification(Kind.DEPENDENT)
     if all(b == points[0] for b in points):
         return Classification(Kind.FREE_TURNING if is_zero(points[0]) else Kind.ONE_POINT)
-    vertical = all(is_zero(cross(minus(a, exits[0]), problem.load)) for a in exits)
+    vertical = all(is_zero(cross(minus(a, exits[0]), loaded.load)) for a in exits)
     rod = all(is_zero(cross(b, c)) for b, c in combinations(points, 2))
     if (vertical and rod and n > 3) or ((vertical or rod) and n > 5):
         return Classification(Kind.DEPENDENT)

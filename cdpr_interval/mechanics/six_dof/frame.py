@@ -11,11 +11,10 @@ from flint import arb, arb_mat
 from numpy.typing import NDArray
 
 from cdpr_interval.exact import balls
-from cdpr_interval.mechanics.six_dof.arrays import HALF_TURNS, Range, RangeVector
+from cdpr_interval.exact.range import Range, RangeVector
+from cdpr_interval.exact.vector import Vector
+from cdpr_interval.mechanics.six_dof.arrays import HALF_TURNS
 from cdpr_interval.mechanics.six_dof.fields import FrameBounds
-from cdpr_interval.robots.cable_robot import Vector
-from solvers.questions.problem import Problem
-from solvers.six_dof.roots import Root
 
 Floats = NDArray[np.float64]
 
@@ -97,22 +96,6 @@ def half_turn(chart: int) -> arb_mat:
     return arb_mat(3, 3, [d[0], 0, 0, 0, d[1], 0, 0, 0, d[2]])
 
 
-def pose_of(root: Root, frame: Frame) -> Pose:
-    """Return a root's pose in the robot's frames.
-
-    R(u) is enclosed by its value at the middle and the mean value theorem, so that wide boxes
-    (interval lengths) are not overestimated more than needed.
-    """
-    u = [balls.from_bounds(lo, hi) for lo, hi in root.box[:3]]
-    model_rotation = centred_cayley(u) * half_turn(root.chart)
-    p = balls.vector([balls.from_bounds(lo, hi) for lo, hi in root.box[3:6]])
-    back = frame.base.transpose()
-    rotation = back * model_rotation * frame.platform
-    centre = back * p + balls.fractions(frame.origin)
-    densities = tuple(balls.from_bounds(lo, hi) for lo, hi in root.box[6:])
-    return Pose(rotation, centre, densities)
-
-
 def centred_cayley(u: list[arb]) -> arb_mat:
     """Enclose R over a box: R(m) + sum_k dR/du_k (u_k - m_k)."""
     mids = [x.mid() for x in u]
@@ -144,23 +127,7 @@ def coordinates(pose: Pose, frame: Frame, chart: int) -> tuple[list[arb], list[a
     return u, p
 
 
-def lies_in(pose: Pose, frame: Frame, root: Root) -> bool:
-    """Return True when a pose with its densities is proved to lie in a root's uniqueness box.
-
-    Coordinates that the reduced problem fixes are zero-width sides of the box. An equilibrium has
-    them exactly, in one of the mirrored frames; in the other they are far off, so touching is enough.
-    """
-    where = coordinates(pose, frame, root.chart)
-    if where is None:
-        return False
-    values = [*where[0], *where[1], *pose.densities]
-    for x, (lo, hi) in zip(values, root.unique, strict=True):
-        if not (x.contains(arb(lo)) if lo == hi else balls.inside(x, lo, hi)):
-            return False
-    return True
-
-
-def upward(problem: Problem) -> arb_mat:
-    """Return the unit vector up = -f / |f| of a problem's load."""
-    f = balls.fractions(problem.load)
+def upward(load: Vector) -> arb_mat:
+    """Return the unit vector up = -f / |f| of a load f."""
+    f = balls.fractions(load)
     return f * (-1 / balls.norm(f))

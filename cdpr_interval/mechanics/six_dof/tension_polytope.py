@@ -19,7 +19,7 @@ from flint import arb, arb_mat
 from numpy.typing import NDArray
 
 from cdpr_interval.exact import balls
-from cdpr_interval.mechanics.stability import to_matrix
+from cdpr_interval.mechanics.energy import to_matrix
 
 Floats = NDArray[np.float64]
 

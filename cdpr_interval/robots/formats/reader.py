@@ -10,11 +10,12 @@ from pathlib import Path
 from typing import Any
 
 from cdpr_interval.errors import InputError
+from cdpr_interval.exact.vector import Vector
 from cdpr_interval.files.document import Document, child, parse_document, read_bytes
 from cdpr_interval.files.fields import SHAPES, bounds
 from cdpr_interval.files.literal import printable, quote
 from cdpr_interval.files.validation import Models
-from cdpr_interval.robots.cable_robot import Cable, Elasticity, Platform, Robot, Uncertain, Vector
+from cdpr_interval.robots.cable_robot import Cable, Elasticity, Platform, Robot, Uncertain
 from cdpr_interval.robots.formats import schema
 from cdpr_interval.robots.winch import Winch
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from fractions import Fraction
 from typing import Any
 
+from cdpr_interval.exact.range import Range
 from cdpr_interval.files.fields import bounds
 from cdpr_interval.robots.formats.winch_schema import (
     HelicalBlock,
@@ -22,7 +23,6 @@ from cdpr_interval.robots.winch import (
     Mark,
     MarkSensor,
     MultilayerDrum,
-    Range,
     TableDrum,
     Winch,
     WinchGroupSettings,

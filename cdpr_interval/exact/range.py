@@ -1,0 +1,64 @@
+"""A number known to lie between two exact bounds."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from typing import NamedTuple
+
+
+class Range(NamedTuple):
+    """Exact rational bounds of a real number; arithmetic encloses.
+
+    ``lo, hi = range`` takes it apart, ``x in range`` asks whether a number lies between the bounds.
+    """
+
+    lo: Fraction
+    hi: Fraction
+
+    @staticmethod
+    def exact(x: Fraction | int) -> Range:
+        """Return the range of one number."""
+        return Range(Fraction(x), Fraction(x))
+
+    @property
+    def mid(self) -> Fraction:
+        """The middle: the nominal value."""
+        return (self.lo + self.hi) / 2
+
+    @property
+    def width(self) -> Fraction:
+        """Upper minus lower bound."""
+        return self.hi - self.lo
+
+    def __add__(self, other: Range) -> Range:  # type: ignore[override]
+        return Range(self.lo + other.lo, self.hi + other.hi)
+
+    def __neg__(self) -> Range:
+        return Range(-self.hi, -self.lo)
+
+    def __sub__(self, other: Range) -> Range:
+        return Range(self.lo - other.hi, self.hi - other.lo)
+
+    def __mul__(self, other: Range) -> Range:  # type: ignore[override]
+        products = [a * b for a in self for b in other]
+        return Range(min(products), max(products))
+
+    def __contains__(self, value: object) -> bool:
+        return isinstance(value, Fraction | int) and self.lo <= value <= self.hi
+
+    def meets(self, other: Range) -> bool:
+        """Return whether the two have a point in common."""
+        return self.lo <= other.hi and other.lo <= self.hi
+
+    def hull(self, other: Range) -> Range:
+        """Return the smallest range around both."""
+        return Range(min(self.lo, other.lo), max(self.hi, other.hi))
+
+    def widened(self, by: Fraction | int) -> Range:
+        """Return the range with both bounds moved outwards by a distance."""
+        return Range(self.lo - by, self.hi + by)
+
+
+RangeVector = tuple[Range, Range, Range]
+LengthRange = tuple[Fraction, Fraction]
+"""(lo, hi) in m of a cable's length, as questions carry it: any pair, a `Range` too."""

@@ -1,0 +1,64 @@
+"""A robot under a load: what follows from its data and a constant force, whatever the lengths.
+
+Robots under a load are kept, so that what is computed from one (here, and by the classes of robots in caches
+keyed by it) is computed once. A robot is recognised as the same object, not by its contents: hashing all its
+rationals would cost more than it saves. The cache is bounded, and safe to use from several threads.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import cached_property, lru_cache
+
+from cdpr_interval.exact.vector import Vector, minus
+from cdpr_interval.robots.cable_robot import Robot
+
+NO_FORCE: Vector = (Fraction(0), Fraction(0), Fraction(0))
+MOST_KEPT = 8
+"""Robots under a load that are kept: a controller asks about one or a few again and again."""
+
+
+@dataclass(frozen=True, eq=False)
+class LoadedRobot:
+    """A robot and the constant force on it. Compared and hashed by identity; made by `loaded`."""
+
+    robot: Robot
+    external_force: Vector
+    """At the centre of mass, base axes, N; added to the weight."""
+
+    @cached_property
+    def load(self) -> Vector:
+        """The force f = m g + F on the platform, N, base axes."""
+        mass = self.robot.platform.mass
+        g, extra = self.robot.gravity, self.external_force
+        return (mass * g[0] + extra[0], mass * g[1] + extra[1], mass * g[2] + extra[2])
+
+    @cached_property
+    def arms(self) -> tuple[Vector, ...]:
+        """B_i - G in the platform frame, m, file order."""
+        centre = self.robot.platform.centre_of_mass
+        return tuple(minus(cable.platform_anchor, centre) for cable in self.robot.cables)
+
+
+class _Same:
+    """A robot as the key of a cache: equal only to itself. Holds it, so that its identity stays its own."""
+
+    def __init__(self, robot: Robot) -> None:
+        self.robot = robot
+
+    def __hash__(self) -> int:
+        return id(self.robot)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _Same) and self.robot is other.robot
+
+
+def loaded(robot: Robot, external_force: Vector = NO_FORCE) -> LoadedRobot:
+    """Return a robot under its weight and a constant force (N, base axes), kept from an earlier call."""
+    return _loaded(_Same(robot), external_force)
+
+
+@lru_cache(maxsize=MOST_KEPT)
+def _loaded(robot: _Same, external_force: Vector) -> LoadedRobot:
+    return LoadedRobot(robot.robot, external_force)

@@ -1,0 +1,40 @@
+"""Which robots and questions are those of a point mass."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from cdpr_interval.robots.cable_robot import POINT_MASS, Robot
+from solvers.questions.checked import Label, mixed_cables, uncertain_data
+from solvers.questions.problem import Options
+
+
+def accepts(robot: Robot) -> bool:
+    """Return True for a robot all of whose cables end at the centre of mass."""
+    return robot.model == POINT_MASS
+
+
+def refuses(robot: Robot) -> str | None:
+    """Return why this version cannot treat a point mass; None where it can."""
+    return uncertain_data(robot) or mixed_cables(robot)
+
+
+def most_taut(robot: Robot) -> int:
+    """Return how many cables can be taut together without redundant tensions.
+
+    By Caratheodory no pose is missed with three inextensible cables; elastic ones share the load whatever
+    their number.
+    """
+    count = len(robot.cables)
+    return count if robot.is_elastic else min(3, count)
+
+
+def complaints(robot: Robot, taut: tuple[int, ...] | None, options: Options, label: Label) -> Iterator[str]:
+    """Yield the rules that a question breaks."""
+    most = most_taut(robot)
+    if taut is not None and len(taut) > most:
+        cables = f"{len(taut)} cables, but a taut subset of an inextensible point mass has at most {most}"
+        yield f"{label('taut')}: {cables}"
+    if options.ignore_tension_sign:
+        rule = "needs exactly six taut cables of a platform, got a point mass"
+        yield f"{label('ignore_tension_sign')}: {rule}"

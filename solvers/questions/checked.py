@@ -1,0 +1,51 @@
+"""Rules that every question must keep, whatever the robot's class."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+from cdpr_interval.errors import InputError, NotSupportedError
+from cdpr_interval.robots.cable_robot import Robot
+from solvers.questions.errors import InputErrors
+from solvers.questions.problem import Method, Options
+
+Label = Callable[[str], str]
+"""From a parameter's name to what messages call it."""
+
+
+def check_budgets(options: Options, errors: InputErrors, label: Label) -> None:
+    """Note a precision, budgets or a number of threads that are not positive."""
+    for name, value in (("precision", options.precision), ("time_limit", options.time_limit)):
+        if value is not None and not (math.isfinite(value) and value > 0.0):
+            errors.add(f"{label(name)}: must be a positive number, got {value!r}")
+    for name, count in (("cell_limit", options.cell_limit), ("threads", options.threads)):
+        if count is not None and count < 1:
+            errors.add(f"{label(name)}: must be at least 1, got {count!r}")
+
+
+def read_method(name: str, label: str = "method") -> Method:
+    """Return the method of that name; `InputError` when there is none."""
+    try:
+        return Method(name)
+    except ValueError:
+        raise InputError(f"{label}: must be one of {', '.join(Method)}, got {name!r}") from None
+
+
+def uncertain_data(robot: Robot) -> str | None:
+    """Return why a robot with a range in its data is refused where numbers alone are treated, or None."""
+    if not robot.uncertain:
+        return None
+    places = ", ".join(scalar.path for scalar in robot.uncertain)
+    return f"uncertain scalars are not supported yet: {places}"
+
+
+def mixed_cables(robot: Robot) -> str | None:
+    """Return why a robot of elastic and inextensible cables is refused, or None."""
+    return "elastic and inextensible cables in one robot are not supported yet" if robot.is_mixed else None
+
+
+def require_treated(robot: Robot, reason: str | None) -> None:
+    """Raise `NotSupportedError` where there is a reason to refuse a robot."""
+    if reason is not None:
+        raise NotSupportedError(f"robot '{robot.name}': {reason}")
