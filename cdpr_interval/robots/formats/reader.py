@@ -1,26 +1,22 @@
-"""The reader of ``cdpr-robot/1``: a file, or the name of a robot that ships, becomes a `Robot`."""
+"""Robot files: a file of any known format, or the name of a robot that ships, becomes a `Robot`."""
 
 from __future__ import annotations
 
 import difflib
 import os
-from fractions import Fraction
+from collections.abc import Callable
 from importlib import resources
 from pathlib import Path
-from typing import Any
 
 from cdpr_interval.errors import InputError
-from cdpr_interval.exact.vector import Vector
-from cdpr_interval.files.document import Document, child, parse_document, read_bytes
-from cdpr_interval.files.fields import SHAPES, bounds
+from cdpr_interval.files.document import Document, parse_document, read_bytes
 from cdpr_interval.files.literal import printable, quote
-from cdpr_interval.files.validation import Models
-from cdpr_interval.robots.cable_robot import Cable, Elasticity, Platform, Robot, Uncertain
-from cdpr_interval.robots.formats import schema
-from cdpr_interval.robots.winch import Winch
+from cdpr_interval.robots.cable_robot import Robot
+from cdpr_interval.robots.formats import robot_reader, schema
 
-LAZY = {"": ("winches",), "cables": ("winch",)}
-"""Keys of blocks that are only known to the models of winches, for suggestions."""
+FORMATS: dict[str, Callable[[Document], Robot]] = {schema.ROBOT_FORMAT: robot_reader.robot}
+"""Known formats by their word: what makes a robot of a document, reporting every error. A file without the
+word, or with none that is known, is taken for the first."""
 ROBOTS = "cdpr_interval.robots"
 """The package whose ``library`` holds the robots that ship."""
 _SUFFIXES = (".yaml", ".yml", ".json")
@@ -72,7 +68,7 @@ def parse_robot(data: bytes | str, file: str = "<text>") -> Robot:
     Parameters
     ----------
     data : bytes or str
-        The contents of a ``cdpr-robot/1`` file.
+        The contents of a file of one of `FORMATS`.
     file : str
         The name shown in messages.
 
@@ -87,7 +83,17 @@ def parse_robot(data: bytes | str, file: str = "<text>") -> Robot:
         With one line per error, ``FILE:LINE:COLUMN: path: rule``, lines and columns from 1,
         indices in the path from 0.
     """
-    return _robot(parse_document(data, file))
+    document = parse_document(data, file)
+    stated = document.root.mapping.get("format")
+    first = next(iter(FORMATS))
+    if stated is None or not document.root.is_mapping:
+        return FORMATS[first](document)
+    if isinstance(stated.value, str) and stated.value in FORMATS:
+        return FORMATS[stated.value](document)
+    # Another format, or another version: complaints about its keys would only mislead.
+    document.report(stated, "format", f"must be {' or '.join(map(quote, FORMATS))}, got {stated.kind}")
+    document.require_valid()
+    raise AssertionError("a document with a complaint is not valid")
 
 
 def _not_found(text: str, shipped: tuple[str, ...]) -> str:
@@ -98,130 +104,3 @@ def _not_found(text: str, shipped: tuple[str, ...]) -> str:
     near = difflib.get_close_matches(stem.lower().replace("-", "_"), shipped, 3)
     hint = f"did you mean {' or '.join(map(quote, near))}?" if near else f"there are {', '.join(shipped)}"
     return f"{printable(text)}: no such file or shipped robot ({hint})"
-
-
-def _robot(document: Document) -> Robot:
-    """Check the tree against the schema and build the robot, or raise with every error."""
-    root = document.root
-    stated = root.mapping.get("format")
-    if root.is_mapping and stated is not None and stated.value != schema.ROBOT_FORMAT:
-        # Another format, or another version: complaints about its keys would only mislead.
-        document.report(stated, "format", f"must be {quote(schema.ROBOT_FORMAT)}, got {stated.kind}")
-        document.require_valid()
-    _check_names(document)
-    _check_winches(document)
-    return _Builder(document.sha256).robot(_models(document).validated(document))
-
-
-def _models(document: Document) -> Models[schema.RobotBlock]:
-    """Return the models that a file needs: those of winches take time to build, and most files have none."""
-    root = document.root.mapping
-    cables = root["cables"].items if "cables" in root else []
-    if "winches" in root or any("winch" in cable.mapping for cable in cables):
-        from cdpr_interval.robots.formats import winch_schema
-
-        return Models(winch_schema.RobotWithWinches, winch_schema.BLOCKS, winch_schema.TAGS)
-    return Models(schema.RobotBlock, schema.BLOCKS, SHAPES, LAZY)
-
-
-def _check_names(document: Document) -> None:
-    """Report two cables of one name."""
-    cables = document.root.mapping.get("cables")
-    first: dict[object, int] = {}
-    for index, cable in enumerate(cables.items if cables else []):
-        name = cable.mapping.get("name")
-        if name is None or not isinstance(name.value, str):
-            continue
-        other = first.setdefault(name.value, index)
-        if other != index:
-            path = f"cables[{index}].name"
-            document.report(name, path, f"{quote(name.value)} is the name of cables[{other}] already")
-
-
-def _check_winches(document: Document) -> None:
-    """Report cables without a winch beside cables with one, and two winches of one node."""
-    cables = document.root.mapping.get("cables")
-    entries = cables.items if cables else []
-    first: dict[object, int] = {}
-    for index, cable in enumerate(entries):
-        given = cable.mapping.get("winch")
-        path = child(child("cables", index), "winch")
-        if given is None:
-            if cable.is_mapping and any("winch" in other.mapping for other in entries):
-                document.report(cable, path, "missing: either every cable has a winch or none has")
-            continue
-        node = given.mapping.get("node")
-        if node is None or isinstance(node.value, dict | list | None):
-            continue
-        other = first.setdefault(node.value, index)
-        if other != index:
-            document.report(node, f"{path}.node", f"{node.literal} is the node of cables[{other}] already")
-
-
-class _Builder:
-    """Turns validated blocks into the frozen model, collecting the uncertain scalars."""
-
-    def __init__(self, sha256: str) -> None:
-        self._sha256 = sha256
-        self._uncertain: list[Uncertain] = []
-
-    def robot(self, block: schema.RobotBlock) -> Robot:
-        """Return the robot; absent keys take the model's defaults."""
-        given: dict[str, Any] = {}
-        if block.gravity_m_s2 is not None:
-            given["gravity"] = self._vector(block.gravity_m_s2, "gravity_m_s2")
-        if getattr(block, "winches", None) is not None:
-            from cdpr_interval.robots.formats.winch_reader import settings
-
-            given["winches"] = settings(block.winches)  # type: ignore[attr-defined]
-        platform = self._platform(block.platform)
-        cables = tuple(self._cable(cable, child("cables", i)) for i, cable in enumerate(block.cables))
-        return Robot(
-            block.name,
-            platform,
-            cables,
-            source=block.source,
-            sha256=self._sha256,
-            uncertain=tuple(self._uncertain),
-            **given,
-        )
-
-    def _platform(self, block: schema.PlatformBlock) -> Platform:
-        mass = self._scalar(block.mass_kg, "platform.mass_kg")
-        if block.centre_of_mass_m is None:
-            return Platform(mass)
-        return Platform(mass, self._vector(block.centre_of_mass_m, "platform.centre_of_mass_m"))
-
-    def _cable(self, block: schema.CableBlock, path: str) -> Cable:
-        return Cable(
-            block.name,
-            self._vector(block.frame_anchor_m, f"{path}.frame_anchor_m"),
-            self._vector(block.platform_anchor_m, f"{path}.platform_anchor_m"),
-            None if block.elasticity is None else self._elasticity(block.elasticity, f"{path}.elasticity"),
-            block.tension_limits_N,
-            self._winch(block),
-        )
-
-    def _winch(self, block: schema.CableBlock) -> Winch | None:
-        if getattr(block, "winch", None) is None:
-            return None
-        from cdpr_interval.robots.formats.winch_reader import winch
-
-        return winch(block.winch)  # type: ignore[attr-defined]
-
-    def _elasticity(self, block: schema.ElasticityBlock, path: str) -> Elasticity:
-        if block.stiffness_N_per_m is not None:
-            return Elasticity(stiffness=self._scalar(block.stiffness_N_per_m, f"{path}.stiffness_N_per_m"))
-        assert block.axial_stiffness_N is not None
-        return Elasticity(axial_stiffness=self._scalar(block.axial_stiffness_N, f"{path}.axial_stiffness_N"))
-
-    def _vector(self, quantities: tuple[Any, Any, Any], path: str) -> Vector:
-        x, y, z = (self._scalar(quantity, child(path, i)) for i, quantity in enumerate(quantities))
-        return x, y, z
-
-    def _scalar(self, quantity: Any, path: str) -> Fraction:
-        """Return the number, or the midpoint of a range after noting it as uncertain."""
-        lo, hi = bounds(quantity)
-        if lo != hi:
-            self._uncertain.append(Uncertain(path, lo, hi))
-        return (lo + hi) / 2

@@ -1,0 +1,139 @@
+"""The reader of ``cdpr-robot/1``: a checked document becomes a `Robot`."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from typing import Any
+
+from cdpr_interval.exact.vector import Vector
+from cdpr_interval.files.document import Document, child
+from cdpr_interval.files.fields import SHAPES, bounds
+from cdpr_interval.files.literal import quote
+from cdpr_interval.files.validation import Models
+from cdpr_interval.robots.cable_robot import Cable, Elasticity, Platform, Robot, Uncertain
+from cdpr_interval.robots.formats import schema
+from cdpr_interval.robots.winch import Winch
+
+LAZY = {"": ("winches",), "cables": ("winch",)}
+"""Keys of blocks that are only known to the models of winches, for suggestions."""
+
+
+def robot(document: Document) -> Robot:
+    """Check the tree against the schema and build the robot, or raise with every error."""
+    _check_names(document)
+    _check_winches(document)
+    return _Builder(document.sha256).robot(_models(document).validated(document))
+
+
+def _models(document: Document) -> Models[schema.RobotBlock]:
+    """Return the models that a file needs: those of winches take time to build, and most files have none."""
+    root = document.root.mapping
+    cables = root["cables"].items if "cables" in root else []
+    if "winches" in root or any("winch" in cable.mapping for cable in cables):
+        from cdpr_interval.robots.formats import winch_schema
+
+        return Models(winch_schema.RobotWithWinches, winch_schema.BLOCKS, winch_schema.TAGS)
+    return Models(schema.RobotBlock, schema.BLOCKS, SHAPES, LAZY)
+
+
+def _check_names(document: Document) -> None:
+    """Report two cables of one name."""
+    cables = document.root.mapping.get("cables")
+    first: dict[object, int] = {}
+    for index, cable in enumerate(cables.items if cables else []):
+        name = cable.mapping.get("name")
+        if name is None or not isinstance(name.value, str):
+            continue
+        other = first.setdefault(name.value, index)
+        if other != index:
+            path = f"cables[{index}].name"
+            document.report(name, path, f"{quote(name.value)} is the name of cables[{other}] already")
+
+
+def _check_winches(document: Document) -> None:
+    """Report cables without a winch beside cables with one, and two winches of one node."""
+    cables = document.root.mapping.get("cables")
+    entries = cables.items if cables else []
+    first: dict[object, int] = {}
+    for index, cable in enumerate(entries):
+        given = cable.mapping.get("winch")
+        path = child(child("cables", index), "winch")
+        if given is None:
+            if cable.is_mapping and any("winch" in other.mapping for other in entries):
+                document.report(cable, path, "missing: either every cable has a winch or none has")
+            continue
+        node = given.mapping.get("node")
+        if node is None or isinstance(node.value, dict | list | None):
+            continue
+        other = first.setdefault(node.value, index)
+        if other != index:
+            document.report(node, f"{path}.node", f"{node.literal} is the node of cables[{other}] already")
+
+
+class _Builder:
+    """Turns validated blocks into the frozen model, collecting the uncertain scalars."""
+
+    def __init__(self, sha256: str) -> None:
+        self._sha256 = sha256
+        self._uncertain: list[Uncertain] = []
+
+    def robot(self, block: schema.RobotBlock) -> Robot:
+        """Return the robot; absent keys take the model's defaults."""
+        given: dict[str, Any] = {}
+        if block.gravity_m_s2 is not None:
+            given["gravity"] = self._vector(block.gravity_m_s2, "gravity_m_s2")
+        if getattr(block, "winches", None) is not None:
+            from cdpr_interval.robots.formats.winch_reader import settings
+
+            given["winches"] = settings(block.winches)  # type: ignore[attr-defined]
+        platform = self._platform(block.platform)
+        cables = tuple(self._cable(cable, child("cables", i)) for i, cable in enumerate(block.cables))
+        return Robot(
+            block.name,
+            platform,
+            cables,
+            source=block.source,
+            sha256=self._sha256,
+            uncertain=tuple(self._uncertain),
+            **given,
+        )
+
+    def _platform(self, block: schema.PlatformBlock) -> Platform:
+        mass = self._scalar(block.mass_kg, "platform.mass_kg")
+        if block.centre_of_mass_m is None:
+            return Platform(mass)
+        return Platform(mass, self._vector(block.centre_of_mass_m, "platform.centre_of_mass_m"))
+
+    def _cable(self, block: schema.CableBlock, path: str) -> Cable:
+        return Cable(
+            block.name,
+            self._vector(block.frame_anchor_m, f"{path}.frame_anchor_m"),
+            self._vector(block.platform_anchor_m, f"{path}.platform_anchor_m"),
+            None if block.elasticity is None else self._elasticity(block.elasticity, f"{path}.elasticity"),
+            block.tension_limits_N,
+            self._winch(block),
+        )
+
+    def _winch(self, block: schema.CableBlock) -> Winch | None:
+        if getattr(block, "winch", None) is None:
+            return None
+        from cdpr_interval.robots.formats.winch_reader import winch
+
+        return winch(block.winch)  # type: ignore[attr-defined]
+
+    def _elasticity(self, block: schema.ElasticityBlock, path: str) -> Elasticity:
+        if block.stiffness_N_per_m is not None:
+            return Elasticity(stiffness=self._scalar(block.stiffness_N_per_m, f"{path}.stiffness_N_per_m"))
+        assert block.axial_stiffness_N is not None
+        return Elasticity(axial_stiffness=self._scalar(block.axial_stiffness_N, f"{path}.axial_stiffness_N"))
+
+    def _vector(self, quantities: tuple[Any, Any, Any], path: str) -> Vector:
+        x, y, z = (self._scalar(quantity, child(path, i)) for i, quantity in enumerate(quantities))
+        return x, y, z
+
+    def _scalar(self, quantity: Any, path: str) -> Fraction:
+        """Return the number, or the midpoint of a range after noting it as uncertain."""
+        lo, hi = bounds(quantity)
+        if lo != hi:
+            self._uncertain.append(Uncertain(path, lo, hi))
+        return (lo + hi) / 2

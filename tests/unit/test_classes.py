@@ -1,0 +1,58 @@
+"""Every class of robots goes through the same battery: its own robots only, refusals, budgets, an interrupt."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from fractions import Fraction
+
+import pytest
+
+from cdpr_interval import load_robot
+from cdpr_interval.errors import NotSupportedError
+from cdpr_interval.robots.cable_robot import Uncertain
+from solvers import Outcome, StopReason, forward_kinematics
+from solvers.classes import CLASSES, RobotClass, class_of, require_supported
+
+ROBOTS = {"point-mass": ("merlet_4_1", [3.1, 3.2, 3.3, 3.4]), "six-dof": ("uc3", [7.5, 8.0, 7.0])}
+"""A robot that ships and lengths with poses, of every class."""
+
+
+def test_every_class_has_a_robot_here() -> None:
+    assert [kind.name for kind in CLASSES] == list(ROBOTS)
+
+
+@pytest.mark.parametrize("kind", CLASSES, ids=lambda kind: kind.name)
+class TestClass:
+    def test_its_robots_are_its_own(self, kind: RobotClass) -> None:
+        robot = load_robot(ROBOTS[kind.name][0])
+        assert [other.name for other in CLASSES if other.accepts(robot)] == [kind.name]
+        assert class_of(robot) is kind and kind.refuses(robot) is None
+        require_supported(robot)
+
+    def test_it_refuses_a_range_in_the_data(self, kind: RobotClass) -> None:
+        robot = load_robot(ROBOTS[kind.name][0])
+        vague = replace(robot, uncertain=(Uncertain("platform.mass_kg", Fraction(1), Fraction(2)),))
+        with pytest.raises(NotSupportedError, match="uncertain scalars"):
+            require_supported(vague)
+
+    def test_a_budget_that_ends_is_no_proof(self, kind: RobotClass) -> None:
+        name, lengths = ROBOTS[kind.name]
+        full = forward_kinematics(load_robot(name), lengths)
+        small = forward_kinematics(load_robot(name), lengths, cell_limit=1)
+        assert full.outcome is Outcome.COMPLETE and full.solutions
+        if small.outcome is Outcome.COMPLETE:
+            assert len(small.solutions) == len(full.solutions)
+        else:
+            assert small.pending or small.undecided
+
+    def test_an_interrupt_ends_with_what_was_found(self, kind: RobotClass) -> None:
+        name, lengths = ROBOTS[kind.name]
+
+        def stop(progress: object) -> None:
+            raise KeyboardInterrupt
+
+        result = forward_kinematics(load_robot(name), lengths, progress=stop)
+        if result.stop_reason is StopReason.INTERRUPTED:
+            assert result.outcome is Outcome.INCOMPLETE and result.pending
+        else:
+            assert result.outcome is Outcome.COMPLETE
