@@ -17,6 +17,7 @@ from flint import arb, arb_mat, fmpq, fmpz_poly
 from cdpr_interval.errors import InputError, NotSupportedError
 from cdpr_interval.exact import balls
 from cdpr_interval.exact.enclosure import Bounds
+from cdpr_interval.mechanics.cables.law import law_of
 from cdpr_interval.robots.cable_robot import Robot
 from cdpr_interval.symbolic import inextensible, planar
 from cdpr_interval.symbolic.eliminant import MOST_CABLES, Eliminant, eliminant
@@ -210,11 +211,8 @@ def of_springs(problem: Problem, chosen: Sequence[int]) -> Report:
     """Report on elastic cables."""
     lengths = [problem.lengths[i][0] for i in chosen]
     cables = [problem.robot.cables[i] for i in chosen]
-    stiffness = [
-        rational(c.elasticity.spring_constant(x))
-        for c, x in zip(cables, lengths, strict=True)
-        if c.elasticity
-    ]
+    constants = [law_of(c).spring_constant(x) for c, x in zip(cables, lengths, strict=True)]
+    stiffness = [rational(k) for k in constants if k is not None]
     statics = Statics.elastic(
         exits_of(problem.robot, chosen),
         [rational(v) for v in problem.load],

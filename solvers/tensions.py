@@ -23,9 +23,10 @@ from numpy.typing import NDArray
 from cdpr_interval.errors import InputError, NotSupportedError
 from cdpr_interval.exact import balls
 from cdpr_interval.exact.vector import Vector
+from cdpr_interval.mechanics.cables.law import law_of
 from cdpr_interval.mechanics.loaded import loaded
 from cdpr_interval.mechanics.stability import Stability
-from cdpr_interval.robots.cable_robot import Cable, Robot
+from cdpr_interval.robots.cable_robot import Robot
 from solvers.answers.data import (
     Answer,
     CableState,
@@ -318,17 +319,6 @@ def entry(problem: TensionProblem, c: arb_mat, tensions: Sequence[arb]) -> Solut
     )
 
 
-def unstretched(cable: Cable, distance: arb, tension: arb) -> arb:
-    """Return the length at which a cable has a tension over a distance."""
-    spring = cable.elasticity
-    if spring is None:
-        return distance
-    if spring.stiffness is not None:
-        return distance - tension / balls.from_fraction(spring.stiffness)
-    assert spring.axial_stiffness is not None
-    return distance / (1 + tension / balls.from_fraction(spring.axial_stiffness))
-
-
 def with_tensions(result: Result, problem: TensionProblem) -> Result:
     """Return the result with the tensions in its question, and the lengths that follow."""
     given = np.zeros((len(problem.robot.cables), 2))
@@ -339,6 +329,8 @@ def with_tensions(result: Result, problem: TensionProblem) -> Result:
         for solution in result.solutions:
             for i in problem.chosen:
                 rho, tau = (balls.from_bounds(*row) for row in (solution.distances[i], solution.tensions[i]))
-                lengths[i] = balls.to_bounds(unstretched(problem.robot.cables[i], rho, tau))
+                lengths[i] = balls.to_bounds(
+                    law_of(problem.robot.cables[i]).unstretched(rho, tau, balls.from_fraction)
+                )
     question = replace(result.question, tensions_given=tuple((lo, hi) for lo, hi in given.tolist()))
     return replace(result, lengths=lengths, question=question)

@@ -1,4 +1,4 @@
-"""A class of robots as small as can be: a plumb bob, one cable with a weight at its end. For tests of the doors."""
+"""A class of robots as small as can be: a plumb bob, one cable with a weight at its end."""
 
 from __future__ import annotations
 

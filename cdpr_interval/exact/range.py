@@ -43,6 +43,15 @@ class Range(NamedTuple):
         products = [a * b for a in self for b in other]
         return Range(min(products), max(products))
 
+    def __truediv__(self, other: Range) -> Range:
+        """Divide by a range of positive numbers."""
+        return self * Range(1 / other.hi, 1 / other.lo)
+
+    def squared(self) -> Range:
+        """Return the range of the squares."""
+        lo, hi = self.lo**2, self.hi**2
+        return Range(Fraction(0) if self.lo < 0 < self.hi else min(lo, hi), max(lo, hi))
+
     def __contains__(self, value: object) -> bool:
         return isinstance(value, Fraction | int) and self.lo <= value <= self.hi
 

@@ -12,6 +12,7 @@ from fractions import Fraction
 from functools import cached_property, lru_cache
 
 from cdpr_interval.exact.vector import Vector, minus
+from cdpr_interval.mechanics.cables.law import CableModel, model_of
 from cdpr_interval.robots.cable_robot import Robot
 
 NO_FORCE: Vector = (Fraction(0), Fraction(0), Fraction(0))
@@ -33,6 +34,16 @@ class LoadedRobot:
         mass = self.robot.platform.mass
         g, extra = self.robot.gravity, self.external_force
         return (mass * g[0] + extra[0], mass * g[1] + extra[1], mass * g[2] + extra[2])
+
+    @cached_property
+    def models(self) -> tuple[CableModel, ...]:
+        """Route and law of each cable, file order."""
+        return tuple(model_of(cable) for cable in self.robot.cables)
+
+    @cached_property
+    def exits(self) -> tuple[Vector, ...]:
+        """A_i in the base frame, m, file order."""
+        return tuple(model.route.exit() for model in self.models)
 
     @cached_property
     def arms(self) -> tuple[Vector, ...]:

@@ -126,7 +126,7 @@ def static_model(robot: Robot, external_force: Vector) -> StaticModel:
     under_load = loaded(robot, external_force)
     return StaticModel(
         names=robot.cable_names,
-        exits=_array(cable.frame_anchor for cable in robot.cables),
+        exits=_array(under_load.exits),
         anchors=_array(under_load.arms),
         centre=_array([robot.platform.centre_of_mass])[0],
         load=_array([under_load.load])[0],

@@ -22,13 +22,6 @@ class Elasticity:
     axial_stiffness: Fraction | None = None
     """EA in N; k = EA / (unstretched length)."""
 
-    def spring_constant(self, unstretched_length: Fraction) -> Fraction:
-        """Return k in N/m for a cable of the given unstretched length in m."""
-        if self.stiffness is not None:
-            return self.stiffness
-        assert self.axial_stiffness is not None
-        return self.axial_stiffness / unstretched_length
-
 
 @dataclass(frozen=True)
 class Cable:

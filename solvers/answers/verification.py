@@ -12,12 +12,14 @@ from fractions import Fraction
 from itertools import pairwise
 
 from cdpr_interval.exact.enclosure import Bounds
+from cdpr_interval.exact.range import Range
+from cdpr_interval.mechanics.cables.law import law_of
 from cdpr_interval.robots.cable_robot import Robot
 from solvers.answers.consistency import claims, contradictions
 from solvers.answers.data import CableState, Outcome, ResultData, Solution, StopReason
 from solvers.answers.order import solution_key
 
-Interval = tuple[Fraction, Fraction]
+NOUGHT = Range.exact(0)
 
 NOMINAL_MARGIN = 1e-6
 """How far (relative to 1 + the box's width) the uncertified nominal pose may lie outside its box."""
@@ -115,9 +117,9 @@ def _orthogonality(rotation: Bounds) -> Iterator[str]:
     rows = [[_interval(rotation[i, j]) for j in range(3)] for i in range(3)]
     for i in range(3):
         for j in range(i, 3):
-            if not _meets(_dot(rows[i], rows[j]), _point(int(i == j))):
+            if int(i == j) not in _dot(rows[i], rows[j]):
                 yield f"rotation: rows {i} and {j} are not orthonormal"
-    if not _meets(_dot(rows[0], _cross(rows[1], rows[2])), _point(1)):
+    if 1 not in _dot(rows[0], _cross(rows[1], rows[2])):
         yield "rotation: the determinant is not 1"
 
 
@@ -159,108 +161,61 @@ def _mechanics(result: ResultData, solution: Solution, robot: Robot) -> Iterator
     rotation = [[_interval(solution.rotation[i, j]) for j in range(3)] for i in range(3)]
     origin = [_interval(x) for x in solution.position]
 
-    def in_base(vector: Sequence[Fraction]) -> list[Interval]:
-        return [_dot(row, [_point(x) for x in vector]) for row in rotation]
+    def in_base(vector: Sequence[Fraction]) -> list[Range]:
+        return [_dot(row, [Range.exact(x) for x in vector]) for row in rotation]
 
     arm = in_base(robot.platform.centre_of_mass)
-    centre = [_add(p, a) for p, a in zip(origin, arm, strict=True)]
+    centre = [p + a for p, a in zip(origin, arm, strict=True)]
     yield from _height(solution, robot, centre)
     mass = robot.platform.mass
     force = [Fraction(component) for component in result.question.external_force]
     load = [mass * g + f for g, f in zip(robot.gravity, force, strict=True)]
     # The recorded force is the nearest double: half a unit in its last place may be missing.
     slop = [abs(f) / 2**52 for f in force]
-    wrench = [(f - s, f + s) for f, s in zip(load, slop, strict=True)] + [_point(0)] * 3
+    wrench = [Range(f - s, f + s) for f, s in zip(load, slop, strict=True)] + [NOUGHT] * 3
     for i, cable in enumerate(robot.cables):
         offset = [b - g for b, g in zip(cable.platform_anchor, robot.platform.centre_of_mass, strict=True)]
         r = in_base(offset)
-        e = [
-            _add(_point(a), _negative(_add(p, x)))
-            for a, p, x in zip(cable.frame_anchor, centre, r, strict=True)
-        ]
+        e = [Range.exact(a) - (p + x) for a, p, x in zip(cable.frame_anchor, centre, r, strict=True)]
         distance, tension = _interval(solution.distances[i]), _interval(solution.tensions[i])
-        if distance[0] < 0 or not _meets(_norm_squared(e), _product(distance, distance)):
+        if distance.lo < 0 or not sum((x.squared() for x in e), NOUGHT).meets(distance * distance):
             yield f"distances_m[{i}]: not the distance from the exit point"
             return
         length = _interval(result.lengths[i])
-        if cable.elasticity is not None and cable.elasticity.stiffness is not None:
-            stretch = _quotient(tension, _point(cable.elasticity.stiffness))
-        elif cable.elasticity is not None and cable.elasticity.axial_stiffness is not None:
-            stretch = _product(length, _quotient(tension, _point(cable.elasticity.axial_stiffness)))
-        else:
-            stretch = _point(0)
-        if solution.cable_states[i] is CableState.TAUT and not _meets(distance, _add(length, stretch)):
+        stretch = law_of(cable).stretch(length, tension, Range.exact)
+        if solution.cable_states[i] is CableState.TAUT and not distance.meets(length + stretch):
             yield f"distances_m[{i}]: not the length of the taut cable"
-        if tension[0] == tension[1] == 0:
+        if tension.lo == tension.hi == 0:
             continue
-        if distance[0] == 0:
+        if distance.lo == 0:
             # The direction of a cable whose box touches its exit point is not bounded by this quotient.
             return
-        pull = _quotient(tension, distance)
-        wrench = [
-            _add(total, _product(pull, part)) for total, part in zip(wrench, [*e, *_cross(r, e)], strict=True)
-        ]
+        pull = tension / distance
+        wrench = [total + pull * part for total, part in zip(wrench, [*e, *_cross(r, e)], strict=True)]
     axes = ("force x", "force y", "force z", "moment x", "moment y", "moment z")
     for axis, total in zip(axes, wrench, strict=True):
-        if not _meets(total, _point(0)):
+        if 0 not in total:
             yield f"tensions_N: no equilibrium over the box ({axis})"
 
 
-def _height(solution: Solution, robot: Robot, centre: Sequence[Interval]) -> Iterator[str]:
+def _height(solution: Solution, robot: Robot, centre: Sequence[Range]) -> Iterator[str]:
     # Up is opposite to gravity; h |g| = -g . centre is compared squared-free by clearing the norm.
-    along = _negative(_dot([_point(g) for g in robot.gravity], centre))
+    along = -_dot([Range.exact(g) for g in robot.gravity], centre)
     norm = Fraction(math.sqrt(sum(float(g) ** 2 for g in robot.gravity)))
     reach = norm / 2**48
-    if not _meets(along, _product(_interval(solution.height), (norm - reach, norm + reach))):
+    if not along.meets(_interval(solution.height) * Range(norm - reach, norm + reach)):
         yield "height_m: not the height of the centre of mass"
 
 
-def _interval(bounds: Bounds) -> Interval:
+def _interval(bounds: Bounds) -> Range:
     """Return the exact interval; an infinite bound becomes one no computation here reaches."""
     lo, hi = (max(-1e300, min(1e300, float(x))) for x in bounds)
-    return Fraction(lo), Fraction(hi)
+    return Range(Fraction(lo), Fraction(hi))
 
 
-def _point(value: Fraction | int) -> Interval:
-    return Fraction(value), Fraction(value)
+def _dot(a: Sequence[Range], b: Sequence[Range]) -> Range:
+    return sum((x * y for x, y in zip(a, b, strict=True)), NOUGHT)
 
 
-def _meets(a: Interval, b: Interval) -> bool:
-    return a[0] <= b[1] and b[0] <= a[1]
-
-
-def _add(a: Interval, b: Interval) -> Interval:
-    return a[0] + b[0], a[1] + b[1]
-
-
-def _negative(a: Interval) -> Interval:
-    return -a[1], -a[0]
-
-
-def _product(a: Interval, b: Interval) -> Interval:
-    ends = [x * y for x in a for y in b]
-    return min(ends), max(ends)
-
-
-def _quotient(a: Interval, b: Interval) -> Interval:
-    """Divide by an interval of positive numbers."""
-    return _product(a, (1 / b[1], 1 / b[0]))
-
-
-def _dot(a: Sequence[Interval], b: Sequence[Interval]) -> Interval:
-    total = _point(0)
-    for x, y in zip(a, b, strict=True):
-        total = _add(total, _product(x, y))
-    return total
-
-
-def _cross(a: Sequence[Interval], b: Sequence[Interval]) -> list[Interval]:
-    return [_add(_product(a[j], b[k]), _negative(_product(a[k], b[j]))) for j, k in ((1, 2), (2, 0), (0, 1))]
-
-
-def _norm_squared(e: Sequence[Interval]) -> Interval:
-    total = _point(0)
-    for lo, hi in e:
-        smallest = Fraction(0) if lo <= 0 <= hi else min(lo * lo, hi * hi)
-        total = _add(total, (smallest, max(lo * lo, hi * hi)))
-    return total
+def _cross(a: Sequence[Range], b: Sequence[Range]) -> list[Range]:
+    return [a[j] * b[k] - a[k] * b[j] for j, k in ((1, 2), (2, 0), (0, 1))]

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from cdpr_interval.errors import InputError, NotSupportedError
 from cdpr_interval.kernels.nonnegative import nonnegative_least_squares, smallest_nonnegative_solution
+from cdpr_interval.mechanics.cables.law import law_of
 from cdpr_interval.mechanics.orientation import (
     quaternion_from_rotation,
     rotation_from_quaternion,
@@ -204,7 +205,7 @@ def _answer(
     distances = model.distances(pose)
     tensions, residual, is_static = _tensions(model, pose, taut, question.wrench_tolerance)
     lengths, short = _lengths(robot, distances, tensions, taut, question.slack_margin)
-    needs_tensions = any(robot.cables[i].elasticity is not None for i in taut)
+    needs_tensions = any(law_of(robot.cables[i]).stretches for i in taut)
     if short or (needs_tensions and not is_static):
         lengths = None
     moment = np.zeros(3) if model.rows == 3 else model.radius * residual[3:]
@@ -264,13 +265,8 @@ def _lengths(
         distance, tension = float(distances[index]), float(tensions[index])
         if index not in taut:
             length = distance * (1.0 + slack_margin)
-        elif cable.elasticity is None:
-            length = distance
-        elif cable.elasticity.stiffness is not None:
-            length = distance - tension / float(cable.elasticity.stiffness)
         else:
-            assert cable.elasticity.axial_stiffness is not None
-            length = distance / (1.0 + tension / float(cable.elasticity.axial_stiffness))
+            length = law_of(cable).unstretched(distance, tension, float)
         if not length > 0.0:
             short.append(cable.name)
         lengths.append(length)

@@ -32,7 +32,7 @@ def cables_of(loaded: LoadedRobot) -> Cables:
         g = balls.fractions(robot.gravity)
         up = balls.bounds_array(g * (-1 / balls.norm(g)))
     return Cables(
-        exits=np.array([column(c.frame_anchor) for c in robot.cables]),
+        exits=np.array([column(a) for a in loaded.exits]),
         arms=np.array([column(b) for b in loaded.arms]),
         centre=column(robot.platform.centre_of_mass),
         up=up.reshape(1, 3, 2),

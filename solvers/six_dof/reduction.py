@@ -120,7 +120,7 @@ def space_problem(
     if kind.kind is Kind.ABOUT_ROD:
         points = [on_axis(p, 2) for p in points]
     load = frame.force(loaded.load)
-    anchors = [frame.anchor(loaded.robot.cables[i].frame_anchor) for i in (*taut, *others)]
+    anchors = [frame.anchor(loaded.exits[i]) for i in (*taut, *others)]
     if kind.kind is Kind.ABOUT_VERTICAL:
         load, anchors = on_axis(load, 2), [on_axis(a, 2) for a in anchors]
     lengths = unit_lengths(len(points))
@@ -146,7 +146,7 @@ def is_downward(load: Vector) -> bool:
 
 def vertical_frame(loaded: LoadedRobot, taut: tuple[int, ...]) -> Frame:
     """Return the frame with z upward on the line of the taut exit points."""
-    origin = loaded.robot.cables[taut[0]].frame_anchor
+    origin = loaded.exits[taut[0]]
     if is_downward(loaded.load):
         return Frame(origin, balls.identity(), balls.identity())
     z_first = balls.right_handed(upward(loaded.load)).transpose()
@@ -180,7 +180,7 @@ def plane_problems(
     The platform's plane can face either way: two mirrored searches, one where a family turns one
     into the other.
     """
-    origin = loaded.robot.cables[taut[0]].frame_anchor
+    origin = loaded.exits[taut[0]]
     base = plane_base(loaded, taut)
     platform = plane_platform(loaded, taut, kind)
     mirrored = arb_mat([[1, 0, 0], [0, -1, 0], [0, 0, -1]]) * platform
@@ -189,7 +189,7 @@ def plane_problems(
         frame = Frame(origin, base, turned)
         everyone = (*taut, *others)
         points = [frame.point(loaded.arms[i]) for i in everyone]
-        anchors = [frame.anchor(loaded.robot.cables[i].frame_anchor) for i in everyone]
+        anchors = [frame.anchor(loaded.exits[i]) for i in everyone]
         flat = len(taut)
         points[:flat] = [on_axis(p, 0) if kind.rod else in_plane(p) for p in points[:flat]]
         anchors[:flat] = [on_axis(a, 2) if kind.vertical else in_plane(a) for a in anchors[:flat]]
@@ -221,7 +221,7 @@ def plane_base(loaded: LoadedRobot, taut: tuple[int, ...]) -> arb_mat:
 def horizontal_step(loaded: LoadedRobot, taut: tuple[int, ...]) -> Vector | None:
     """Return the horizontal part of A_2 - A_1, scaled by |f|^2; None where it vanishes."""
     f = loaded.load
-    d = minus(loaded.robot.cables[taut[1]].frame_anchor, loaded.robot.cables[taut[0]].frame_anchor)
+    d = minus(loaded.exits[taut[1]], loaded.exits[taut[0]])
     # f x (d x f) = |f|^2 d - (f . d) f
     step = cross(f, cross(d, f))
     return None if is_zero(step) else step

@@ -1,18 +1,24 @@
-"""The page on adding things, walked: each of its recipes is carried out here with a toy, and nothing else is touched."""
+"""The page on adding things, walked: each recipe is carried out with a toy, and nothing else is touched."""
 
 from __future__ import annotations
 
 import re
+from dataclasses import dataclass, replace
+from fractions import Fraction
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from cdpr_interval import load_robot
 from cdpr_interval.errors import InputError, NotSupportedError
+from cdpr_interval.exact.vector import Vector
+from cdpr_interval.mechanics.cables import law
+from cdpr_interval.robots.cable_robot import Cable, Elasticity
 from cdpr_interval.robots.formats import reader
-from solvers import Outcome, Result, classes, forward_kinematics
+from solvers import Outcome, Result, classes, forward_kinematics, inverse_kinematics
 from solvers.cli import main
-from tests import toy_class
+from tests import hanging_mass, toy_class
 
 PAGE = Path(__file__).resolve().parents[2] / "docs" / "inside" / "adding.md"
 MOST_STEPS = 5
@@ -85,3 +91,62 @@ def test_a_file_format_that_is_not_known_names_those_that_are(bob, tmp_path) -> 
     path.write_text("format: delta/7\nname: x\n", encoding="utf-8")
     with pytest.raises(InputError, match="must be 'cdpr-robot/1' or 'plumb-robot/1', got"):
         load_robot(path)
+
+
+class Rubber(Elasticity):
+    """Data of a toy law."""
+
+
+class RubberLaw:
+    """A cable that is always stretched by a tenth, whatever it carries."""
+
+    stretches = True
+
+    @staticmethod
+    def of(cable: Cable) -> RubberLaw | None:
+        return RubberLaw() if isinstance(cable.elasticity, Rubber) else None
+
+    def stretch(self, length: Any, tension: Any, number: law.Number) -> Any:
+        return length * number(Fraction(1, 10))
+
+    def unstretched(self, distance: Any, tension: Any, number: law.Number) -> Any:
+        return distance / number(Fraction(11, 10))
+
+    def spring_constant(self, length: Fraction) -> Fraction | None:
+        return None
+
+
+def test_a_cable_law(monkeypatch) -> None:
+    """One entry in the list: lengths, and the check of a result against its robot, follow it."""
+    robot = hanging_mass.robot()
+    stretched = replace(robot, cables=tuple(replace(c, elasticity=Rubber()) for c in robot.cables))
+    monkeypatch.setattr(law, "LAWS", (RubberLaw.of, *law.LAWS))
+    found = inverse_kinematics(stretched, [0, 0, -2.2], taut=["c1"])
+    assert found.lengths is not None and found.lengths[0] == pytest.approx(2.0)
+    result = forward_kinematics(robot, ["2", "5"])
+    assert result.verify(replace(robot)) == []
+    assert any("not the length of the taut cable" in text for text in result.verify(stretched))
+
+
+@dataclass(frozen=True)
+class Ring:
+    """A toy route: the cable leaves from a ring half a metre below its exit point."""
+
+    point: Vector
+
+    @staticmethod
+    def of(cable: Cable) -> Ring:
+        x, y, z = cable.frame_anchor
+        return Ring((x, y, z - Fraction(1, 2)))
+
+    def exit(self) -> Vector:
+        return self.point
+
+
+def test_a_cable_route(monkeypatch) -> None:
+    robot = hanging_mass.robot()
+    before = inverse_kinematics(robot, [0, 0, -2], taut=["c1"]).lengths
+    monkeypatch.setattr(law, "ROUTES", (Ring.of,))
+    after = inverse_kinematics(replace(robot), [0, 0, -2], taut=["c1"]).lengths
+    assert before is not None and after is not None
+    assert (before[0], after[0]) == (2.0, 1.5)

@@ -1,4 +1,4 @@
-"""Every class of robots goes through the same battery: its own robots only, refusals, budgets, an interrupt."""
+"""Every class of robots in the same battery: its own robots only, refusals, budgets, an interrupt."""
 
 from __future__ import annotations
 

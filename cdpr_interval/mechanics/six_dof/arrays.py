@@ -109,10 +109,7 @@ def _sub(a: RangeVector, b: RangeVector) -> RangeVector:
 
 
 def _norm_sq(a: RangeVector) -> Range:
-    squares = [
-        Range(Fraction(0) if x.lo < 0 < x.hi else min(x.lo**2, x.hi**2), max(x.lo**2, x.hi**2)) for x in a
-    ]
-    return squares[0] + squares[1] + squares[2]
+    return a[0].squared() + a[1].squared() + a[2].squared()
 
 
 def platform_size(points: Floats) -> float:

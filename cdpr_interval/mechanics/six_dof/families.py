@@ -43,7 +43,7 @@ class Classification:
 
 def classify(loaded: LoadedRobot, taut: tuple[int, ...]) -> Classification:
     """Recognise the family of a taut subset from the exact input."""
-    exits = [loaded.robot.cables[i].frame_anchor for i in taut]
+    exits = [loaded.exits[i] for i in taut]
     points = [loaded.arms[i] for i in taut]
     n = len(taut)
     if is_dependent(exits, points):
