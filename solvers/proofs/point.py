@@ -17,7 +17,7 @@ from flint import arb, arb_mat, ctx, fmpq
 
 from cdpr_interval.robots.cable_robot import Cable, Platform, Robot
 from certificates import newton
-from certificates.balls import BITS, column, minus
+from certificates.arithmetic.balls import BITS, column, minus
 from certificates.families import check_one_point_family
 from certificates.point_mass import System, check_point
 from certificates.problem import Listed, Turning
