@@ -10,9 +10,9 @@ from itertools import pairwise
 from cdpr_interval.driver.bus import PROBE_ARMED, PROBE_CAUGHT, PROBE_ENABLED, PROBE_OFF, Feedback
 from cdpr_interval.driver.counter import nearest, wrapped
 from cdpr_interval.driver.drum import OffTheDrum
-from cdpr_interval.driver.interlocks import OVERSPEED, Interlock, Stopped, Violation
 from cdpr_interval.driver.marks import MarkEvent, MarkWatch
 from cdpr_interval.driver.reference import Known, Reference, ReferenceState, home
+from cdpr_interval.driver.violation import OVERSPEED, Interlock, Stopped, Violation
 from cdpr_interval.driver.winch import WinchModel
 from cdpr_interval.robots.winch import Range, Winch, WinchLimits
 

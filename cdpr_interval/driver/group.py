@@ -11,12 +11,12 @@ from typing import Any, TypeVar
 from cdpr_interval.driver.audit import AuditLog
 from cdpr_interval.driver.bus import DriveBus
 from cdpr_interval.driver.cyclic import Clockwork, RealTime, Stepped
-from cdpr_interval.driver.interlocks import Violation
 from cdpr_interval.driver.reference import Known
 from cdpr_interval.driver.requests import Refused
 from cdpr_interval.driver.simulator import SimulatedBus
 from cdpr_interval.driver.snapshot import GroupState, Snapshot
 from cdpr_interval.driver.supervisor import Supervisor
+from cdpr_interval.driver.violation import Violation
 from cdpr_interval.errors import CdprError, InputError
 from cdpr_interval.robots.cable_robot import Robot
 from cdpr_interval.robots.winch import Range

@@ -17,12 +17,12 @@ from cdpr_interval.driver import cia402, interlocks, requests, sequences
 from cdpr_interval.driver.axis import Axis
 from cdpr_interval.driver.bus import Command, DriveBus, Feedback
 from cdpr_interval.driver.cia402 import Mode
-from cdpr_interval.driver.interlocks import Interlock, Stopped, Violation
 from cdpr_interval.driver.marks import MarkEvent
 from cdpr_interval.driver.reference import Known, ReferenceState
 from cdpr_interval.driver.requests import Refused
 from cdpr_interval.driver.setpoints import Slowing, Stream
 from cdpr_interval.driver.snapshot import GroupState, Snapshot, pictured
+from cdpr_interval.driver.violation import Interlock, Stopped, Violation
 from cdpr_interval.errors import InputError
 from cdpr_interval.robots.cable_robot import Robot
 from cdpr_interval.robots.winch import Range
