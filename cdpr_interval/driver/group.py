@@ -69,6 +69,9 @@ class WinchGroup:
     def _event(self, kind: str, data: dict[str, Any]) -> None:
         self._log.event(self.bus.now(), kind, data)
 
+    def _overran(self, late: float) -> None:
+        self._event("overrun", {"late_s": late})
+
     def _cycle(self) -> None:
         self.supervisor.cycle()
         self._log.keep(self.supervisor.snapshot)
@@ -93,7 +96,9 @@ class WinchGroup:
         if isinstance(self.bus, SimulatedBus):
             self._works = Stepped(self._cycle, self.supervisor.period)
         else:
-            self._works = RealTime(self._cycle, self.supervisor.period, self.supervisor.abandon)
+            self._works = RealTime(
+                self._cycle, self.supervisor.period, self.supervisor.abandon, self._overran
+            )
         self._works.start()
 
     def _end_cycle(self) -> None:

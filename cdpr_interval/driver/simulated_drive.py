@@ -10,7 +10,7 @@ from cdpr_interval.driver import cia402
 from cdpr_interval.driver.bus import PROBE_CAUGHT, PROBE_ENABLED, Command
 from cdpr_interval.driver.cia402 import DriveState, Mode
 from cdpr_interval.driver.counter import nearest, wrapped
-from cdpr_interval.driver.drum import DrumLaw, OffTheDrum
+from cdpr_interval.driver.drum import DrumLaw
 from cdpr_interval.driver.marks import length_at
 from cdpr_interval.driver.winch import WinchModel
 from cdpr_interval.robots.winch import Range, Winch
@@ -280,11 +280,3 @@ class SimulatedDrive:
             part = float((place - start) / (end - start))
             self.probe_status |= PROBE_CAUGHT
             self.probe_position = wrapped(self.first_reading + round(before + part * (self.motor - before)))
-
-
-def length_or_none(drive: SimulatedDrive) -> Fraction | None:
-    """Return the true length in m; None when the cable has run off the drum."""
-    try:
-        return drive.true_length
-    except OffTheDrum:
-        return None

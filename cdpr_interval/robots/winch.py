@@ -43,10 +43,6 @@ class Range:
         """Return whether the two have a point in common."""
         return self.lo <= other.hi and other.lo <= self.hi
 
-    def intersection(self, other: Range) -> Range:
-        """Return what two ranges that meet have in common."""
-        return Range(max(self.lo, other.lo), min(self.hi, other.hi))
-
     def hull(self, other: Range) -> Range:
         """Return the smallest range around both."""
         return Range(min(self.lo, other.lo), max(self.hi, other.hi))

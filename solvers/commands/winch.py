@@ -25,8 +25,6 @@ Function = TypeVar("Function", bound=Callable[..., Any])
 
 DEFAULT_TOLERANCE = "0.002"
 """m: of home lengths."""
-SHORTEST_REPORT = 1.0
-"""s between two lines of the simulator."""
 
 
 def _options(*names: str) -> Callable[[Function], Function]:
