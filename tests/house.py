@@ -99,9 +99,9 @@ def floors(arrows: Graph) -> list[list[str]]:
 
 
 def room(module: str) -> str:
-    """Return the room of a module: its folder; a module at the top of `solvers` is one by itself."""
-    package = modules()[module].name == "__init__.py"
-    return module if package or module.rpartition(".")[0] == "solvers" else module.rpartition(".")[0]
+    """Return the room of a module: its folder, or itself at the top of `cdpr_interval` or `solvers`."""
+    folder = module if modules()[module].name == "__init__.py" else module.rpartition(".")[0]
+    return module if folder in ("cdpr_interval", "solvers") else folder
 
 
 def rooms() -> dict[str, set[str]]:
