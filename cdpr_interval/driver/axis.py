@@ -67,8 +67,6 @@ class Axis:
         """What the winch may do."""
         return self.winch.limits
 
-    # Readings.
-
     def start(self, heard: Feedback) -> None:
         """Take the first reading after connecting: the nearest to the last one that is known.
 
@@ -145,8 +143,6 @@ class Axis:
         """M from the reading to the target."""
         return (self.target - self.counts) * self._rate
 
-    # Lengths.
-
     def set_home(self, length: Range) -> None:
         """Let the present reading be a length that was measured."""
         self.reference = home(self.model, self.counts, length)
@@ -186,8 +182,6 @@ class Axis:
         """Return whether a length in m is within the file's limits, widened by a margin."""
         low, high = self.limits.length
         return low - margin <= length <= high + margin
-
-    # Targets.
 
     @property
     def commanded(self) -> Fraction:

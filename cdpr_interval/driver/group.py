@@ -76,8 +76,6 @@ class WinchGroup:
         self.supervisor.cycle()
         self._log.keep(self.supervisor.snapshot)
 
-    # On and off.
-
     def connect(self) -> None:
         """Connect all drives and start the cycle; they stay disabled. Also after a drive has started anew.
 
@@ -128,8 +126,6 @@ class WinchGroup:
     ) -> None:
         self.close()
 
-    # What is known.
-
     @property
     def snapshot(self) -> Snapshot:
         """All winches after the last cycle."""
@@ -160,8 +156,6 @@ class WinchGroup:
         ``forward`` takes (lo, hi) for each cable, in m; for elastic cables too these are unstretched lengths.
         """
         return forward(self.length_ranges())
-
-    # What can be asked for.
 
     def home(self, lengths: Sequence[LengthGiven | None] | Mapping[str, LengthGiven]) -> None:
         """Let the present readings be measured lengths (m, numbers or bounds); None: leave as it is."""
@@ -243,8 +237,6 @@ class WinchGroup:
                 self._until(lambda snapshot: False, PATIENCE)
             self.command(lengths, start + time, number == len(points) - 1)
         self._until_rest(AHEAD + 10 * PATIENCE)
-
-    # Waiting.
 
     def wait(self, condition: Callable[[Snapshot], bool], timeout: float) -> bool:
         """Let cycles pass until a condition holds; return whether it does within so many seconds."""

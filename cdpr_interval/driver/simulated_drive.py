@@ -125,8 +125,6 @@ class SimulatedDrive:
         expected = [length_at(sensor, mark, direction, Fraction(0)) for mark in sensor.marks]
         return [one.lo + self.share * one.width for one in expected]
 
-    # What the drive shows.
-
     @property
     def reading(self) -> int:
         """The encoder's reading, unwrapped."""
@@ -162,8 +160,6 @@ class SimulatedDrive:
             turns = min(max(turns, self._law.ends[0]), self._law.ends[1])
         grown = 1 + Fraction(self.faults.get(FaultKind.WRONG_LAYER, 0.0))
         return self.length + (self._law.length(turns) - self.length) * grown + self._slip
-
-    # What happens to it.
 
     def receive(self, command: Command) -> None:
         """Take the process data of a cycle."""

@@ -39,6 +39,8 @@ Listener = Callable[[str, dict[str, Any]], None]
 class Supervisor:
     """All winches of one robot, all or nothing.
 
+    `cycle` and `abandon` belong to one thread; everything else may be called from any.
+
     Parameters
     ----------
     robot : Robot
@@ -82,8 +84,6 @@ class Supervisor:
         self._marks: list[MarkEvent] = []
         self._next: list[Command] = []
         self._snapshot = self._picture()
-
-    # What users ask for; any thread.
 
     @property
     def snapshot(self) -> Snapshot:
@@ -263,8 +263,6 @@ class Supervisor:
             stream = requests.jog(self.axes, cable, way, self._target_time, self.period)
             self._begin(stream, manual=True)
 
-    # The cycle; one thread.
-
     def cycle(self) -> None:
         """Send, listen, check, decide. Never raises: an exception stops all winches and is latched."""
         if self._state is GroupState.OFF:
@@ -346,8 +344,6 @@ class Supervisor:
         if new:
             self._tell("stop", {"causes": [str(cause) for cause in new]})
         self._snapshot = self._picture()
-
-    # Commands.
 
     def _commands(self, now: float) -> list[Command]:
         """Return what the drives get next; `Stopped` when a target must not leave."""
@@ -453,8 +449,6 @@ class Supervisor:
         if self._manual or not isinstance(self._path, Stream):
             raise Refused("a jog is under way")
         return self._path
-
-    # Rules.
 
     def _set(self, state: GroupState) -> None:
         if state is not self._state:

@@ -263,9 +263,6 @@ def simulate(robot: str, **given: Any) -> int:
     return 0
 
 
-# What the commands share.
-
-
 def _robot(source: str) -> Robot:
     from cdpr_interval.robots.formats.reader import load_robot
     from solvers.winches.session import winches_of
