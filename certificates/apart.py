@@ -11,7 +11,7 @@ from itertools import chain
 
 from flint import arb_mat, ctx
 
-from certificates.balls import BITS, column, hull
+from certificates.arithmetic.balls import BITS, column, hull
 from certificates.clock import in_time
 from certificates.problem import Listed, Problem
 from certificates.verdicts import NotProved

@@ -8,10 +8,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from certificates import guess
+from certificates.arithmetic import guess
+from certificates.arithmetic.forms import Form, Vector, combine, near, slopes, value
+from certificates.arithmetic.vectors import dot
 from certificates.cells import Place
-from certificates.forms import Form, Vector, combine, near, slopes, value
-from certificates.vectors import dot
 
 TRIES = 3
 """Directions y tried on a cell: the one given, then such as suit the forms' radii."""

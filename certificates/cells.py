@@ -11,10 +11,21 @@ import math
 from collections.abc import Sequence
 from fractions import Fraction
 
-from certificates import guess
-from certificates.forms import ALONG, BITS, UNIT, Form, Vector, between, combine, near, slopes, value
+from certificates.arithmetic import guess
+from certificates.arithmetic.forms import (
+    ALONG,
+    BITS,
+    UNIT,
+    Form,
+    Vector,
+    between,
+    combine,
+    near,
+    slopes,
+    value,
+)
+from certificates.arithmetic.vectors import cross, dot
 from certificates.geometry import Turned
-from certificates.vectors import cross, dot
 
 
 def middles(turned: Turned) -> tuple[list[float], list[float], list[float]]:

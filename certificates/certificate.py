@@ -8,7 +8,7 @@ from itertools import zip_longest
 
 from flint import ctx
 
-from certificates.balls import BITS
+from certificates.arithmetic.balls import BITS
 from certificates.clock import OutOfTime
 from certificates.container import unpack
 from certificates.families import check_one_point_family

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 
 from flint import arb, arb_mat, ctx
 
-from certificates.balls import BITS, Vector, all_inside, column, hull, inside, minus, norm
+from certificates.arithmetic.balls import BITS, Vector, all_inside, column, hull, inside, minus, norm
+from certificates.arithmetic.vectors import dot
 from certificates.problem import Listed, Problem
 from certificates.stability import check_stability
-from certificates.vectors import dot
 from certificates.verdicts import NotProved
 
 

@@ -11,12 +11,12 @@ from typing import Any
 
 from flint import arb, arb_mat, ctx
 
-from certificates.balls import BITS, Vector, column, minus, norm, unit
+from certificates.arithmetic.balls import BITS, Vector, column, minus, norm, unit
+from certificates.arithmetic.vectors import cross
 from certificates.claims import Pose, check_pose, check_respected, claimed, spoke
 from certificates.point_mass import Point, lowest_points, pose_indices
 from certificates.problem import Listed, Problem
 from certificates.turning import check_turning, never_slack
-from certificates.vectors import cross
 from certificates.verdicts import NotProved
 
 

@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING
 
 from flint import arb, arb_mat, ctx, fmpq
 
-from certificates.balls import BITS, column, hull, unit
+from certificates.arithmetic.balls import BITS, column, hull, unit
+from certificates.arithmetic.vectors import cross, dot, minus
 from certificates.geometry import Platform
 from certificates.subsets import Exact, Kind
-from certificates.vectors import cross, dot, minus
 
 if TYPE_CHECKING:
     from certificates.problem import Problem

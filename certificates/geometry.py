@@ -21,7 +21,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
-from certificates.vectors import cross, dot, minus
+from certificates.arithmetic.vectors import cross, dot, minus
 
 HALF_TURNS = ((1, 1, 1), (1, -1, -1), (-1, 1, -1), (-1, -1, 1))
 """Diagonals of D_c."""

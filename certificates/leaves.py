@@ -3,18 +3,15 @@
 from __future__ import annotations
 
 from fractions import Fraction
-from typing import TYPE_CHECKING
 
+from certificates.arithmetic.forms import UNIT, Vector, box_forms
 from certificates.balance import unbalanced
 from certificates.cells import Place, no_position, on_branch
 from certificates.clock import in_time
-from certificates.forms import UNIT, Vector, box_forms
 from certificates.geometry import Turned
+from certificates.search import Search
 from certificates.tree import Cell, Leaf, Node
 from certificates.verdicts import NotProved
-
-if TYPE_CHECKING:
-    from certificates.searches import Search
 
 PIECES = 256
 """A leaf is bisected into at most so many parts."""

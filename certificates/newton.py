@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 from flint import arb, arb_mat, fmpq
 
-from certificates.balls import Vector, column, hull
+from certificates.arithmetic.balls import Vector, column, hull
+from certificates.arithmetic.jets import Jet
 from certificates.clock import in_time
-from certificates.jets import Jet
 from certificates.verdicts import NotProved
 
 NEWTON_STEPS = 40

@@ -15,12 +15,12 @@ from typing import Any
 from flint import arb, arb_mat, ctx, fmpq, fmpq_mat
 
 from certificates import newton
-from certificates.balls import BITS, Vector, column, hull, minus, norm
+from certificates.arithmetic.balls import BITS, Vector, column, hull, minus, norm
+from certificates.arithmetic.vectors import dot
 from certificates.claims import Pose, check_pose, claimed
 from certificates.clock import in_time
 from certificates.literals import entry_of, exact, exacts, index_of, list_of
 from certificates.problem import Listed, Problem
-from certificates.vectors import dot
 from certificates.verdicts import Malformed, NotProved
 
 Point = tuple[arb_mat, dict[int, arb]]

@@ -6,15 +6,16 @@ from itertools import combinations
 
 from flint import arb, arb_mat
 
-from certificates.balls import column, hull, norm, unit
+from certificates.arithmetic.balls import column, hull, norm, unit
+from certificates.arithmetic.forms import box_forms, enclosing, units
+from certificates.arithmetic.jets import Jet
 from certificates.claims import Pose, check_pose, spoke
 from certificates.clock import in_time
-from certificates.forms import box_forms, enclosing, units
-from certificates.jets import Jet
 from certificates.newton import Zero
 from certificates.problem import Listed
 from certificates.roots import System
-from certificates.searches import Root, Search, Searches, half_turn
+from certificates.search import Root, Search, half_turn
+from certificates.searches import Searches
 from certificates.turning import check_turning, never_slack, turned
 from certificates.verdicts import NotProved
 

@@ -11,15 +11,27 @@ from typing import Any
 
 from flint import arb, arb_mat
 
-from certificates import guess, newton
-from certificates.balls import column
+from certificates import newton
+from certificates.arithmetic import guess
+from certificates.arithmetic.balls import column
+from certificates.arithmetic.forms import (
+    PLACE,
+    TENSION,
+    TURN,
+    UNIT,
+    Form,
+    combine,
+    enclosing,
+    near,
+    units,
+    value,
+)
+from certificates.arithmetic.jets import Jet
+from certificates.arithmetic.vectors import dot, minus
 from certificates.cells import contained, deviation
-from certificates.forms import PLACE, TENSION, TURN, UNIT, Form, combine, enclosing, near, units, value
 from certificates.frames import Setting
 from certificates.geometry import Platform, Turned
-from certificates.jets import Jet
 from certificates.newton import Zero
-from certificates.vectors import dot, minus
 from certificates.verdicts import NotProved
 
 

@@ -13,9 +13,9 @@ from collections.abc import Sequence
 
 from flint import arb, arb_mat
 
-from certificates.balls import Vector, column
+from certificates.arithmetic.balls import Vector, column
+from certificates.arithmetic.vectors import cross, dot
 from certificates.problem import Listed, Problem
-from certificates.vectors import cross, dot
 
 Cable = tuple[Vector, Vector, arb]
 """r, e, t."""

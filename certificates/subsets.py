@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from flint import fmpq
 
-from certificates.vectors import cross, minus
+from certificates.arithmetic.vectors import cross, minus
 
 if TYPE_CHECKING:
     from certificates.problem import Problem

@@ -12,11 +12,11 @@ from dataclasses import dataclass
 
 from flint import arb, arb_mat, ctx
 
-from certificates.balls import BITS, all_inside, column, hull, minus, norm
+from certificates.arithmetic.balls import BITS, all_inside, column, hull, minus, norm
+from certificates.arithmetic.vectors import cross, dot
 from certificates.claims import Pose, check_pose, check_respected, claimed
 from certificates.clock import in_time
 from certificates.problem import Listed, Problem
-from certificates.vectors import cross, dot
 from certificates.verdicts import NotProved
 
 MOST_PIECES = 5000

@@ -4,7 +4,7 @@ Run as ``python scripts/benchmark.py [CASE ...]``. Every case runs once before i
 kernels are compiled and loaded. Times are processor time of one call in one thread, or of a whole process;
 cases with two threads are measured in wall time. A case whose answer is not the known one ends the run.
 ``--first-run`` adds processes that start with an empty kernel cache, ``--growth`` the studies of how the
-cost grows. Measure with an empty ``NUMBA_CACHE_DIR``, see CONTRIBUTING.
+cost grows.
 """
 
 from __future__ import annotations

@@ -10,9 +10,9 @@ from itertools import pairwise
 from cdpr_interval.driver.bus import PROBE_ARMED, PROBE_CAUGHT, PROBE_ENABLED, PROBE_OFF, Feedback
 from cdpr_interval.driver.counter import nearest, wrapped
 from cdpr_interval.driver.drum import OffTheDrum
-from cdpr_interval.driver.interlocks import OVERSPEED, Interlock, Stopped, Violation
 from cdpr_interval.driver.marks import MarkEvent, MarkWatch
 from cdpr_interval.driver.reference import Known, Reference, ReferenceState, home
+from cdpr_interval.driver.violation import OVERSPEED, Interlock, Stopped, Violation
 from cdpr_interval.driver.winch import WinchModel
 from cdpr_interval.exact.range import Range
 from cdpr_interval.robots.winch import Winch, WinchLimits
@@ -67,8 +67,6 @@ class Axis:
     def limits(self) -> WinchLimits:
         """What the winch may do."""
         return self.winch.limits
-
-    # Readings.
 
     def start(self, heard: Feedback) -> None:
         """Take the first reading after connecting: the nearest to the last one that is known.
@@ -146,8 +144,6 @@ class Axis:
         """M from the reading to the target."""
         return (self.target - self.counts) * self._rate
 
-    # Lengths.
-
     def set_home(self, length: Range) -> None:
         """Let the present reading be a length that was measured."""
         self.reference = home(self.model, self.counts, length)
@@ -187,8 +183,6 @@ class Axis:
         """Return whether a length in m is within the file's limits, widened by a margin."""
         low, high = self.limits.length
         return low - margin <= length <= high + margin
-
-    # Targets.
 
     @property
     def commanded(self) -> Fraction:

@@ -125,8 +125,6 @@ class CanOpenBus:
         """Return the time in s of this computer's monotonic clock."""
         return time.monotonic()
 
-    # Connecting.
-
     def connect(self) -> None:
         """Open the bus, configure every drive, read everything back, let data flow; see `DriveBus`."""
         self.close()
@@ -272,8 +270,6 @@ class CanOpenBus:
             for drive, heard in zip(self._drives, self._heard, strict=True)
             if any(heard is one for one in missing)
         ]
-
-    # The cycle.
 
     def write_all(self, commands: Sequence[Command]) -> None:
         """Send the commands of one cycle and SYNC, and the master's heartbeat when it is due."""

@@ -64,8 +64,6 @@ class CanOpenDrive:
 
         return receive
 
-    # Objects.
-
     def _value(self, index: int, sub: int, default: int = 0) -> int:
         try:
             data = self._local.get_data(index, sub)
@@ -91,8 +89,6 @@ class CanOpenDrive:
         if FaultKind.REFUSED_MODE in self.drive.faults:
             return 0
         return self.drive.mode or self._value(objects.MODE.index, 0)
-
-    # Messages.
 
     def _send(self, cob: int, data: bytes) -> None:
         self._network.send_message(cob, data)
@@ -140,8 +136,6 @@ class CanOpenDrive:
 
     def _on_master(self) -> None:
         self._master_at = time.monotonic()
-
-    # Time.
 
     def tick(self) -> None:
         """Do what is due: motor, heartbeat, emergency message, watch over the master."""

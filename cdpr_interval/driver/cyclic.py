@@ -9,7 +9,7 @@ from collections.abc import Callable
 from typing import Protocol
 
 OVERRUN_SHARE = 0.5
-"""Of a cycle; a cycle that starts later than that is counted."""
+"""Of a cycle; a cycle that starts later than that is reported."""
 
 
 class Clockwork(Protocol):
@@ -47,14 +47,22 @@ class Stepped:
 
 
 class RealTime:
-    """A thread that runs the cycle at its period; whatever ends it, ``abandon`` is called."""
+    """A thread that runs the cycle at its period.
 
-    def __init__(self, cycle: Callable[[], None], period: float, abandon: Callable[[str], None]) -> None:
-        self._cycle, self._period, self._abandon = cycle, period, abandon
+    Whatever ends it, ``abandon`` is called with the reason. ``overran`` is called in the thread, with the
+    delay in s, when a cycle starts late: the machine or the cycle before was too slow.
+    """
+
+    def __init__(
+        self,
+        cycle: Callable[[], None],
+        period: float,
+        abandon: Callable[[str], None],
+        overran: Callable[[float], None],
+    ) -> None:
+        self._cycle, self._period, self._abandon, self._overran = cycle, period, abandon, overran
         self._over = threading.Event()
         self._thread = threading.Thread(target=self._run, name="winch cycle", daemon=True)
-        self.overruns = 0
-        """Cycles that started late."""
 
     def start(self) -> None:
         """Start the thread."""
@@ -69,7 +77,7 @@ class RealTime:
                 due += self._period
                 late = time.monotonic() - due
                 if late > OVERRUN_SHARE * self._period:
-                    self.overruns += 1
+                    self._overran(late)
                     # Do not hurry to catch up: set-points have times of their own.
                     due = time.monotonic()
                 self._over.wait(max(due - time.monotonic(), 0.0))

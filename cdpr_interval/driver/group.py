@@ -11,12 +11,12 @@ from typing import Any, TypeVar
 from cdpr_interval.driver.audit import AuditLog
 from cdpr_interval.driver.bus import DriveBus
 from cdpr_interval.driver.cyclic import Clockwork, RealTime, Stepped
-from cdpr_interval.driver.interlocks import Violation
 from cdpr_interval.driver.reference import Known
 from cdpr_interval.driver.requests import Refused
 from cdpr_interval.driver.simulator import SimulatedBus
 from cdpr_interval.driver.snapshot import GroupState, Snapshot
 from cdpr_interval.driver.supervisor import Supervisor
+from cdpr_interval.driver.violation import Violation
 from cdpr_interval.errors import CdprError, InputError
 from cdpr_interval.exact.range import Range
 from cdpr_interval.robots.cable_robot import Robot
@@ -69,11 +69,12 @@ class WinchGroup:
     def _event(self, kind: str, data: dict[str, Any]) -> None:
         self._log.event(self.bus.now(), kind, data)
 
+    def _overran(self, late: float) -> None:
+        self._event("overrun", {"late_s": late})
+
     def _cycle(self) -> None:
         self.supervisor.cycle()
         self._log.keep(self.supervisor.snapshot)
-
-    # On and off.
 
     def connect(self) -> None:
         """Connect all drives and start the cycle; they stay disabled. Also after a drive has started anew.
@@ -93,7 +94,9 @@ class WinchGroup:
         if isinstance(self.bus, SimulatedBus):
             self._works = Stepped(self._cycle, self.supervisor.period)
         else:
-            self._works = RealTime(self._cycle, self.supervisor.period, self.supervisor.abandon)
+            self._works = RealTime(
+                self._cycle, self.supervisor.period, self.supervisor.abandon, self._overran
+            )
         self._works.start()
 
     def _end_cycle(self) -> None:
@@ -122,8 +125,6 @@ class WinchGroup:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         self.close()
-
-    # What is known.
 
     @property
     def snapshot(self) -> Snapshot:
@@ -155,8 +156,6 @@ class WinchGroup:
         ``forward`` takes (lo, hi) for each cable, in m; for elastic cables too these are unstretched lengths.
         """
         return forward(self.length_ranges())
-
-    # What can be asked for.
 
     def home(self, lengths: Sequence[LengthGiven | None] | Mapping[str, LengthGiven]) -> None:
         """Let the present readings be measured lengths (m, numbers or bounds); None: leave as it is."""
@@ -238,8 +237,6 @@ class WinchGroup:
                 self._until(lambda snapshot: False, PATIENCE)
             self.command(lengths, start + time, number == len(points) - 1)
         self._until_rest(AHEAD + 10 * PATIENCE)
-
-    # Waiting.
 
     def wait(self, condition: Callable[[Snapshot], bool], timeout: float) -> bool:
         """Let cycles pass until a condition holds; return whether it does within so many seconds."""

@@ -8,8 +8,8 @@ from cdpr_interval.driver import cia402
 from cdpr_interval.driver.axis import Axis
 from cdpr_interval.driver.bus import Feedback
 from cdpr_interval.driver.cia402 import DriveState, Goal, Mode, NoTransition
-from cdpr_interval.driver.interlocks import Interlock, Stopped, Violation
 from cdpr_interval.driver.snapshot import shown_state
+from cdpr_interval.driver.violation import Interlock, Stopped, Violation
 
 ENABLE_TIME = 2.0
 """s that the drives have to reach OPERATION ENABLED."""

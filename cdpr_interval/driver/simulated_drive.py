@@ -10,7 +10,7 @@ from cdpr_interval.driver import cia402
 from cdpr_interval.driver.bus import PROBE_CAUGHT, PROBE_ENABLED, Command
 from cdpr_interval.driver.cia402 import DriveState, Mode
 from cdpr_interval.driver.counter import nearest, wrapped
-from cdpr_interval.driver.drum import DrumLaw, OffTheDrum
+from cdpr_interval.driver.drum import DrumLaw
 from cdpr_interval.driver.marks import length_at
 from cdpr_interval.driver.winch import WinchModel
 from cdpr_interval.exact.range import Range
@@ -126,8 +126,6 @@ class SimulatedDrive:
         expected = [length_at(sensor, mark, direction, Fraction(0)) for mark in sensor.marks]
         return [one.lo + self.share * one.width for one in expected]
 
-    # What the drive shows.
-
     @property
     def reading(self) -> int:
         """The encoder's reading, unwrapped."""
@@ -163,8 +161,6 @@ class SimulatedDrive:
             turns = min(max(turns, self._law.ends[0]), self._law.ends[1])
         grown = 1 + Fraction(self.faults.get(FaultKind.WRONG_LAYER, 0.0))
         return self.length + (self._law.length(turns) - self.length) * grown + self._slip
-
-    # What happens to it.
 
     def receive(self, command: Command) -> None:
         """Take the process data of a cycle."""
@@ -281,11 +277,3 @@ class SimulatedDrive:
             part = float((place - start) / (end - start))
             self.probe_status |= PROBE_CAUGHT
             self.probe_position = wrapped(self.first_reading + round(before + part * (self.motor - before)))
-
-
-def length_or_none(drive: SimulatedDrive) -> Fraction | None:
-    """Return the true length in m; None when the cable has run off the drum."""
-    try:
-        return drive.true_length
-    except OffTheDrum:
-        return None

@@ -9,9 +9,9 @@ from typing import Any
 from cdpr_interval.driver.axis import Axis
 from cdpr_interval.driver.bus import Feedback
 from cdpr_interval.driver.cia402 import DriveState, NoTransition, state_of
-from cdpr_interval.driver.interlocks import Violation
 from cdpr_interval.driver.marks import MarkEvent
 from cdpr_interval.driver.reference import Reference, ReferenceState
+from cdpr_interval.driver.violation import Violation
 from cdpr_interval.driver.winch import bounds
 
 

@@ -17,12 +17,12 @@ from cdpr_interval.driver import cia402, interlocks, requests, sequences
 from cdpr_interval.driver.axis import Axis
 from cdpr_interval.driver.bus import Command, DriveBus, Feedback
 from cdpr_interval.driver.cia402 import Mode
-from cdpr_interval.driver.interlocks import Interlock, Stopped, Violation
 from cdpr_interval.driver.marks import MarkEvent
 from cdpr_interval.driver.reference import Known, ReferenceState
 from cdpr_interval.driver.requests import Refused
 from cdpr_interval.driver.setpoints import Slowing, Stream
 from cdpr_interval.driver.snapshot import GroupState, Snapshot, pictured
+from cdpr_interval.driver.violation import Interlock, Stopped, Violation
 from cdpr_interval.errors import InputError
 from cdpr_interval.exact.range import Range
 from cdpr_interval.robots.cable_robot import Robot
@@ -38,6 +38,8 @@ Listener = Callable[[str, dict[str, Any]], None]
 
 class Supervisor:
     """All winches of one robot, all or nothing.
+
+    `cycle` and `abandon` belong to one thread; everything else may be called from any.
 
     Parameters
     ----------
@@ -82,8 +84,6 @@ class Supervisor:
         self._marks: list[MarkEvent] = []
         self._next: list[Command] = []
         self._snapshot = self._picture()
-
-    # What users ask for; any thread.
 
     @property
     def snapshot(self) -> Snapshot:
@@ -263,8 +263,6 @@ class Supervisor:
             stream = requests.jog(self.axes, cable, way, self._target_time, self.period)
             self._begin(stream, manual=True)
 
-    # The cycle; one thread.
-
     def cycle(self) -> None:
         """Send, listen, check, decide. Never raises: an exception stops all winches and is latched."""
         if self._state is GroupState.OFF:
@@ -346,8 +344,6 @@ class Supervisor:
         if new:
             self._tell("stop", {"causes": [str(cause) for cause in new]})
         self._snapshot = self._picture()
-
-    # Commands.
 
     def _commands(self, now: float) -> list[Command]:
         """Return what the drives get next; `Stopped` when a target must not leave."""
@@ -453,8 +449,6 @@ class Supervisor:
         if self._manual or not isinstance(self._path, Stream):
             raise Refused("a jog is under way")
         return self._path
-
-    # Rules.
 
     def _set(self, state: GroupState) -> None:
         if state is not self._state:

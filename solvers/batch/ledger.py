@@ -107,8 +107,6 @@ class Ledger:
     def __init__(self, folder: Path, connection: sqlite3.Connection, lock: IO[bytes] | None) -> None:
         self.folder, self._connection, self._lock = folder, connection, lock
 
-    # Opening.
-
     @classmethod
     def create(
         cls, folder: Path, text: bytes, version: str, settings: Settings,
@@ -217,8 +215,6 @@ class Ledger:
     ) -> None:
         self.close()
 
-    # Reading.
-
     def fact(self, key: str) -> str:
         """Return what is said about the whole batch: format, version, settings, created, job_file."""
         (value,) = self._connection.execute("SELECT value FROM meta WHERE key = ?", (key,)).fetchone()
@@ -304,8 +300,6 @@ class Ledger:
     def _rows(self, query: str, values: Sequence[str | int] = ()) -> Iterator[tuple[Any, ...]]:
         with _explained(self.folder / FILE):
             yield from self._connection.execute(query, values)
-
-    # Writing.
 
     def record(self, outcomes: Iterable[JobOutcome]) -> None:
         """Record outcomes, all of them or none; a job that has one keeps it."""

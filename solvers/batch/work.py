@@ -40,8 +40,6 @@ class Status(StrEnum):
 _SOLVING = threading.Lock()
 """The precision of ball arithmetic belongs to the whole process: threads of one solve one after the other."""
 
-ENDED = tuple(status for status in Status if status is not Status.PENDING)
-
 
 @dataclass(frozen=True)
 class Task:

@@ -209,9 +209,6 @@ def check(folder: str, jobs: int | None, time_limit: float | None, quiet: bool) 
     return _checks_code(verdicts, without)
 
 
-# What the commands share.
-
-
 def _estimate(batch: Any, workers: int | None) -> int:
     from solvers.batch.campaign import estimate
     from solvers.batch.progress_line import duration

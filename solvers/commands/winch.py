@@ -25,8 +25,6 @@ Function = TypeVar("Function", bound=Callable[..., Any])
 
 DEFAULT_TOLERANCE = "0.002"
 """m: of home lengths."""
-SHORTEST_REPORT = 1.0
-"""s between two lines of the simulator."""
 
 
 def _options(*names: str) -> Callable[[Function], Function]:
@@ -263,9 +261,6 @@ def simulate(robot: str, **given: Any) -> int:
             click.echo("", err=True)
     _print_truth(model, [float(drive.true_length) for drive in drives], given["as_json"])
     return 0
-
-
-# What the commands share.
 
 
 def _robot(source: str) -> Robot:

@@ -6,7 +6,7 @@ from typing import Any
 
 from flint import ctx
 
-from certificates.balls import BITS
+from certificates.arithmetic.balls import BITS
 from certificates.problem import Listed
 from certificates.problem import Problem as Question
 from certificates.subsets import Kind, classify, examined

@@ -19,7 +19,7 @@ from cdpr_interval.exact.enclosure import Bounds, length_bounds
 from cdpr_interval.mechanics.loaded import loaded
 from cdpr_interval.robots.cable_robot import Cable, Platform, Robot
 from certificates import newton
-from certificates.balls import BITS, column, minus
+from certificates.arithmetic.balls import BITS, column, minus
 from certificates.families import check_one_point_family
 from certificates.point_mass import System, check_point
 from certificates.problem import Listed, Turning

@@ -20,10 +20,10 @@ from numpy.typing import NDArray
 from cdpr_interval.engine.batch_cells import NO_LENGTH, NO_POSITION, NOT_SLACK, OPEN, UNBALANCED
 from cdpr_interval.kernels.lanes import LANES
 from cdpr_interval.kernels.second_order import ROTATION_ONLY, WHOLE_POSE
-from certificates import guess
+from certificates.arithmetic import guess
+from certificates.arithmetic.forms import box_forms, value
 from certificates.balance import unbalanced
 from certificates.cells import Place
-from certificates.forms import box_forms, value
 from certificates.frames import Setting
 from certificates.geometry import Turned
 from certificates.leaves import confirmed, longest
@@ -31,8 +31,8 @@ from certificates.problem import Listed
 from certificates.problem import Problem as Question
 from certificates.root_claims import check_root
 from certificates.roots import System
-from certificates.searches import Root as Claimed
-from certificates.searches import Search
+from certificates.search import Root as Claimed
+from certificates.search import Search
 from certificates.tree import Cell, Leaf, Node
 from certificates.verdicts import NotProved
 from solvers.six_dof import pose_cells as pose

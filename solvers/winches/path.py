@@ -14,7 +14,6 @@ from cdpr_interval.driver.reference import Reference
 from cdpr_interval.driver.setpoints import PEAK_ACCELERATION, PEAK_SPEED, smooth
 from cdpr_interval.driver.winch import bounds
 from cdpr_interval.errors import CdprError
-from cdpr_interval.mechanics.orientation import quaternion_from_rotation
 from cdpr_interval.mechanics.statics import Pose
 from cdpr_interval.robots.cable_robot import Robot
 from cdpr_interval.robots.winch import WinchLimits
@@ -178,7 +177,6 @@ class _Way:
     def __init__(self, robot: Robot, held: Floats, here: MeasuredPose, goal: Pose, settle: bool) -> None:
         self._robot, self._held = robot, held
         self._start = np.array(here.point)
-        self._rotation = goal.rotation
         end = inverse_kinematics(
             robot,
             goal.position,
@@ -305,9 +303,3 @@ class _Prover:
 
 def _shown(values: Floats) -> str:
     return "(" + ", ".join(f"{x:.4f}" for x in values) + ")"
-
-
-def goal_text(goal: Pose) -> str:
-    """Return a goal for a message."""
-    w, x, y, z = quaternion_from_rotation(goal.rotation)
-    return f"{_shown(goal.position)} m, quaternion ({w:.4f}, {x:.4f}, {y:.4f}, {z:.4f})"

@@ -26,10 +26,10 @@ from cdpr_interval.driver.canopen_bus import CanOpenBus
 from cdpr_interval.driver.canopen_drive import CanOpenDrive, SimulatedNetwork, eds_of
 from cdpr_interval.driver.cia402 import DriveState, Goal, Mode
 from cdpr_interval.driver.group import WinchesStopped, WinchGroup
-from cdpr_interval.driver.interlocks import Interlock
 from cdpr_interval.driver.requests import Refused
 from cdpr_interval.driver.simulated_drive import FaultKind, SimulatedDrive
 from cdpr_interval.driver.snapshot import GroupState
+from cdpr_interval.driver.violation import Interlock
 from cdpr_interval.robots.winch import WinchGroupSettings
 from tests.winch_robots import smooth_path
 

@@ -22,7 +22,7 @@ from certificates.literals import exact
 from certificates.point_mass import lowest_points
 from certificates.problem import MOST_RANGES, read_problem, read_solutions
 from certificates.root_claims import check_all_roots
-from certificates.searches import MOST_ROOTS
+from certificates.search import MOST_ROOTS
 from certificates.tree import Cell, Node, decode
 from certificates.turning import everywhere
 from certificates.verdicts import Malformed, NotProved, Report, Verdict

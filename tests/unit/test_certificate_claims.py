@@ -9,7 +9,7 @@ from flint import arb, arb_mat, ctx, fmpq
 from cdpr_interval import load_robot
 from cdpr_interval.exact import balls
 from cdpr_interval.mechanics.six_dof.frame import Pose as SolverPose
-from certificates.balls import BITS
+from certificates.arithmetic.balls import BITS
 from certificates.claims import Pose, check_pose
 from certificates.point_mass import IDENTITY, lowest_points
 from certificates.stability import check_stability, second_variation

@@ -6,7 +6,7 @@ from dataclasses import replace
 import pytest
 from flint import arb, ctx, fmpq
 
-from certificates.balls import column, hull, norm
+from certificates.arithmetic.balls import column, hull, norm
 from certificates.claims import Pose, spoke
 from certificates.families import check_one_point_family
 from certificates.point_mass import IDENTITY

@@ -11,14 +11,14 @@ import pytest
 from flint import arb, arb_mat, ctx
 
 from certificates import newton
-from certificates.balls import BITS, column, hull
-from certificates.forms import UNIT, Form, between, combine, enclosing, near, slopes, units, value
+from certificates.arithmetic.balls import BITS, column, hull
+from certificates.arithmetic.forms import UNIT, Form, between, combine, enclosing, near, slopes, units, value
+from certificates.arithmetic.jets import Jet
+from certificates.arithmetic.vectors import cross, dot
 from certificates.frames import settings
 from certificates.geometry import Turned
-from certificates.jets import Jet
 from certificates.problem import read_problem
 from certificates.subsets import Kind
-from certificates.vectors import cross, dot
 from certificates.verdicts import NotProved
 from tests.made_certificates import platform
 

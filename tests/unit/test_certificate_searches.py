@@ -17,7 +17,7 @@ from flint import ctx
 from cdpr_interval import load_robot
 from cdpr_interval.engine.batch_cells import OPEN, UNBALANCED
 from certificates import check, leaves, searches
-from certificates.balls import BITS
+from certificates.arithmetic.balls import BITS
 from certificates.certificate import Certificate
 from certificates.container import pack
 from certificates.root_claims import check_all_roots

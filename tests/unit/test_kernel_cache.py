@@ -1,8 +1,11 @@
-"""numba's cache, when several processes write it."""
+"""numba's cache: a folder for each digest of the sources, several processes."""
 
 from __future__ import annotations
 
+import os
 import re
+import shutil
+import subprocess
 import sys
 import threading
 import time
@@ -12,14 +15,31 @@ from typing import Any
 import pytest
 from numba.core import caching
 
-from cdpr_interval.kernels import rounding
-from cdpr_interval.kernels.cache import LockedCacheFile, locked
+from cdpr_interval.kernels import rounding, sources
+from cdpr_interval.kernels.cache import KEPT, PREFIX, KeyedCacheFile, locked, use
 
 ROOT = Path(__file__).resolve().parents[2]
-PLAIN = LockedCacheFile.__bases__[0]
+PLAIN = KeyedCacheFile.__bases__[0]
+NO_LOCKS = pytest.mark.skipif(sys.platform == "win32", reason="no folder locks")
+
+INNER = """
+from numba import njit
+FACTOR = {factor}
+@njit(cache=True)
+def inner(x):
+    return {inner}
+"""
+OUTER = """
+from numba import njit
+import cdpr_interval.kernels
+from solvers.six_dof.inner import FACTOR, inner
+@njit(cache=True)
+def outer(x):
+    return FACTOR * inner(x)
+"""
 
 
-def test_every_file_with_cached_kernels_brings_the_lock():
+def test_every_file_with_cached_kernels_brings_the_cache():
     """Also when nothing else was imported before it."""
     folders = [ROOT / "solvers", *(ROOT / "cdpr_interval" / name for name in ("engine", "mechanics"))]
     files = [path for folder in folders for path in folder.rglob("*.py")]
@@ -29,9 +49,138 @@ def test_every_file_with_cached_kernels_brings_the_lock():
     assert [path.name for path in cached if not brings.search(path.read_text())] == []
 
 
-def test_a_kernel_uses_the_lock():
-    assert isinstance(rounding.down._cache._cache_file, LockedCacheFile)
-    assert caching.IndexDataCacheFile is LockedCacheFile
+def test_a_kernel_lies_in_the_folder_of_the_digest():
+    file = rounding.down._cache._cache_file
+    assert isinstance(file, KeyedCacheFile)
+    assert caching.IndexDataCacheFile is KeyedCacheFile
+    assert Path(file._index_path).parent.name == PREFIX + sources.digest()
+
+
+class House:
+    """A small copy of the house: its cache, a kernel, and one of another file that it calls."""
+
+    def __init__(self, root: Path, variables: dict[str, str]) -> None:
+        self.root, self.variables = root, variables
+        kernels = root / "cdpr_interval" / "kernels"
+        kernels.mkdir(parents=True)
+        for name in ("__init__.py", "cache.py", "sources.py"):
+            shutil.copy(ROOT / "cdpr_interval" / "kernels" / name, kernels / name)
+        self.solver = root / "solvers" / "six_dof"
+        self.solver.mkdir(parents=True)
+        for folder in (kernels.parent, self.solver.parent, self.solver):
+            (folder / "__init__.py").touch()
+        self.write_inner(factor=1.0, inner="x + 1")
+        (self.solver / "outer.py").write_text(OUTER)
+
+    def write_inner(self, factor: float, inner: str) -> None:
+        (self.solver / "inner.py").write_text(INNER.format(factor=factor, inner=inner))
+
+    def answer(self, before: str = "") -> float:
+        """Return outer(10) as a new process computes it, after some more statements."""
+        code = f"{before}\nfrom solvers.six_dof.outer import outer\nprint(outer(10.0))"
+        environment = {key: value for key, value in os.environ.items() if key != "NUMBA_CACHE_DIR"}
+        environment |= {"PYTHONPATH": str(self.root), **self.variables}
+        environment["PYTHONDONTWRITEBYTECODE"] = "1"
+        done = subprocess.run(
+            [sys.executable, "-c", code], cwd=self.root, env=environment, capture_output=True, text=True
+        )
+        assert done.returncode == 0, done.stderr
+        return float(done.stdout)
+
+    def folders(self) -> set[str]:
+        return {path.name for path in self.root.rglob(f"{PREFIX}*")}
+
+
+@pytest.fixture(params=["beside the source", "NUMBA_CACHE_DIR", "the user's own"])
+def house(request, tmp_path):
+    """The house with each of the places that numba may choose."""
+    if request.param == "NUMBA_CACHE_DIR":
+        return House(tmp_path / "house", {"NUMBA_CACHE_DIR": str(tmp_path / "house" / "cache")})
+    if request.param == "the user's own":
+        made = House(
+            tmp_path / "house", {"XDG_CACHE_HOME": str(tmp_path / "house"), "HOME": str(tmp_path / "house")}
+        )
+        # As if nothing could be written beside the source: a file stands where numba wants its folder.
+        (made.solver / "__pycache__").touch()
+        return made
+    return House(tmp_path / "house", {})
+
+
+def test_a_change_in_a_called_file_gives_the_new_answer(house):
+    """Both of the kernel that is called and of a constant that is read."""
+    assert house.answer() == 11
+    house.write_inner(factor=3.0, inner="x + 2")
+    assert house.answer() == 36
+
+
+def test_numba_alone_serves_the_old_kernel(tmp_path):
+    """When this fails, numba has become safe itself, and the digest in `kernels/cache.py` can go."""
+    house = House(tmp_path, {})
+    (tmp_path / "cdpr_interval" / "kernels" / "__init__.py").write_text("")
+    assert house.answer() == 11
+    house.write_inner(factor=3.0, inner="x + 2")
+    assert house.answer() == 11
+    assert house.folders() == set()
+
+
+def test_a_state_of_the_sources_is_found_again(tmp_path):
+    house = House(tmp_path, {})
+    told = (
+        "from numba.core import event\n"
+        "class Told(event.Listener):\n"
+        "    def on_start(self, event): raise SystemExit('compiles')\n"
+        "    def on_end(self, event): pass\n"
+        "event.register('numba:compile', Told())\n"
+    )
+    times = os.stat(house.solver / "inner.py").st_mtime_ns
+    assert house.answer() == 11
+    house.write_inner(factor=1.0, inner="x + 2")
+    assert house.answer() == 12
+    assert len(house.folders()) == 2
+    house.write_inner(factor=1.0, inner="x + 1")
+    os.utime(house.solver / "inner.py", ns=(times, times))  # some numba tell a file by its time
+    assert house.answer(before=told) == 11
+
+
+def test_what_is_edited_while_a_process_runs_is_not_saved(tmp_path):
+    """The process has one text of a kernel and may read another: what it compiles belongs to no digest."""
+    house = House(tmp_path, {})
+    edited = INNER.format(factor=1.0, inner="x + 2")
+    before = (
+        "from pathlib import Path\n"
+        "import cdpr_interval.kernels\n"
+        "from cdpr_interval.kernels import sources\n"
+        "sources.digest()\n"
+        f"Path({str(house.solver / 'inner.py')!r}).write_text({edited!r})\n"
+    )
+    assert house.answer(before) == 12
+    house.write_inner(factor=1.0, inner="x + 1")
+    assert house.answer() == 11
+
+
+def test_only_the_last_used_folders_stay(tmp_path):
+    names = [f"{PREFIX}{number}" for number in range(KEPT + 2)]
+    for number, name in enumerate(names):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "kernel.nbi").touch()
+        os.utime(tmp_path / name, (number, number))
+    (tmp_path / "other").mkdir()
+    os.utime(tmp_path / "other", (0, 0))
+    use(str(tmp_path), names[0])
+    left = {path.name for path in tmp_path.iterdir()}
+    assert left == {"other", names[0], *names[-KEPT + 1 :]}
+    assert os.stat(tmp_path / names[0]).st_mtime > 1e9
+
+
+def test_a_folder_that_another_process_removes_is_made_again(tmp_path):
+    file = KeyedCacheFile(str(tmp_path), "kernel", "stamp")
+    file.save("first", 1)
+    shutil.rmtree(tmp_path / (PREFIX + sources.digest()))
+    assert file.load("first") is None
+    file.save("second", 2)
+    assert file.load("second") == 2
+    file.flush()
+    assert file.load("second") is None
 
 
 def overlapping(kind: Any, folder: Path) -> list[Any]:
@@ -53,17 +202,17 @@ def overlapping(kind: Any, folder: Path) -> list[Any]:
     return [second.load("first"), second.load("second")]
 
 
-@pytest.mark.skipif(sys.platform == "win32", reason="no folder locks")
+@NO_LOCKS
 def test_two_signatures_saved_at_once_are_both_kept(tmp_path):
-    assert overlapping(LockedCacheFile, tmp_path) == [1, 2]
+    assert overlapping(KeyedCacheFile, tmp_path) == [1, 2]
 
 
 def test_without_the_lock_numba_mixes_them_up(tmp_path):
-    """When this fails, numba has become safe itself and `kernels/cache.py` can go."""
+    """When this fails, numba has become safe itself, and the lock in `kernels/cache.py` can go."""
     assert overlapping(PLAIN, tmp_path) != [1, 2]
 
 
 def test_a_folder_that_is_not_there_is_no_error(tmp_path):
     with locked(str(tmp_path / "none")):
         pass
-    assert LockedCacheFile(str(tmp_path / "none"), "kernel", "stamp").load("first") is None
+    assert KeyedCacheFile(str(tmp_path / "none"), "kernel", "stamp").load("first") is None

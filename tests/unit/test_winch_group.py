@@ -14,11 +14,11 @@ from cdpr_interval.driver.bus import BusError
 from cdpr_interval.driver.cia402 import DriveState
 from cdpr_interval.driver.counter import nearest
 from cdpr_interval.driver.group import WinchesStopped, WinchGroup
-from cdpr_interval.driver.interlocks import Interlock
 from cdpr_interval.driver.reference import ReferenceState
 from cdpr_interval.driver.requests import Refused
 from cdpr_interval.driver.simulated_drive import FaultKind, SimulatedFault
 from cdpr_interval.driver.snapshot import GroupState
+from cdpr_interval.driver.violation import Interlock
 from cdpr_interval.errors import InputError
 from cdpr_interval.robots.cable_robot import Robot
 from tests.winch_robots import (

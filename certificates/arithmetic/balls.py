@@ -7,7 +7,7 @@ from typing import Any
 
 from flint import arb, arb_mat
 
-from certificates.vectors import dot
+from certificates.arithmetic.vectors import dot
 
 Vector = list[arb]
 BITS = 200

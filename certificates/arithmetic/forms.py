@@ -14,7 +14,7 @@ from typing import Any
 
 from flint import arb
 
-from certificates.vectors import total
+from certificates.arithmetic.vectors import total
 
 BITS = 60
 UNIT = 1 << BITS

@@ -1,0 +1,163 @@
+"""The search of one subset of taut cables in one frame: trees of cells, and roots."""
+
+from __future__ import annotations
+
+import base64
+import binascii
+import math
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+from flint import arb, arb_mat, ctx, fmpq
+
+from certificates.arithmetic.balls import BITS, column
+from certificates.arithmetic.forms import enclosing
+from certificates.frames import Setting
+from certificates.geometry import HALF_TURNS
+from certificates.literals import bounds_of, entry_of, index_of, list_of
+from certificates.problem import Problem
+from certificates.roots import System
+from certificates.tree import Cell, Leaf, decode
+from certificates.verdicts import Malformed
+
+MOST_ROOTS = 1000
+"""Of one search."""
+Bounds = list[tuple[float, float]]
+
+
+@dataclass(frozen=True)
+class Root:
+    """A box of (u, x) in one chart, and the solution whose pose it holds."""
+
+    chart: int
+    box: Bounds
+    pose: int | None
+
+    def holds(self, chart: int, entries: Iterable[tuple[Any, Any]]) -> bool:
+        """Return True when bounds of (u, x) lie in the box."""
+        within = (lo <= a and b <= hi for (a, b), (lo, hi) in zip(entries, self.box, strict=True))
+        return self.chart == chart and all(within)
+
+
+class Search:
+    """One frame's trees and roots."""
+
+    def __init__(self, problem: Problem, setting: Setting, entry: Any, solutions: int) -> None:
+        self.problem, self.setting = problem, setting
+        found = entry_of(entry, "search", ("order", "roots", "trees"))
+        n = len(setting.taut)
+        self.order = tuple(
+            index_of(v, len(problem.names), "order") for v in list_of(found["order"], "order", n)
+        )
+        if sorted(self.order) != list(setting.taut):
+            raise Malformed("order: not the taut cables")
+        roots = list_of(found["roots"], "roots")
+        if len(roots) > MOST_ROOTS:
+            raise Malformed(f"more than {MOST_ROOTS} roots in a search")
+        self.roots = [self.read_root(v, solutions) for v in roots]
+        with ctx.workprec(BITS):
+            self.platform = setting.cables(problem, self.order)
+        self.forms = self.platform.mapped(enclosing)
+        self.trees = list_of(found["trees"], "trees", 4)
+
+    def read_root(self, entry: Any, solutions: int) -> Root:
+        """Return a root as it is written. Older files have "end": null in it."""
+        former = ("end",) if isinstance(entry, dict) and "end" in entry else ()
+        found = entry_of(entry, "root", ("chart", "u", "x", "pose", *former))
+        if found.get("end") is not None:
+            raise Malformed("root: end must be null")
+        box = [bounds_of(v, "root") for key in ("u", "x") for v in list_of(found[key], key, 3)]
+        pose = None if found["pose"] is None else index_of(found["pose"], solutions, "pose")
+        root = Root(index_of(found["chart"], 4, "chart"), box, pose)
+        flat = self.flat(root.chart)
+        points = [k for k, (lo, hi) in enumerate(box) if lo == hi]
+        if flat is None or points != sorted(flat) or any(box[k] != (0.0, 0.0) for k in points):
+            raise Malformed("root: its box does not fit its chart, or has no width")
+        return root
+
+    def flat(self, chart: int) -> tuple[int, ...] | None:
+        """Return the entries of (u, x) that are 0 at every pose, or None where the chart is not needed."""
+        frozen = self.setting.frozen(chart)
+        return None if frozen is None else (*frozen, *((4,) if self.setting.planar else ()))
+
+    def leaves(self) -> Iterator[Leaf]:
+        """Yield the leaves of all charts as they are read: a tree takes little more memory than its text."""
+        for chart, text in enumerate(self.trees):
+            frozen = self.setting.frozen(chart)
+            if frozen is None:
+                if text is not None:
+                    raise Malformed("trees: a tree of a chart that is not needed")
+                continue
+            try:
+                content = base64.b64decode(text, validate=True)
+            except (TypeError, ValueError, binascii.Error):
+                raise Malformed("trees: not base64") from None
+            start = Cell(chart, tuple((0.0, 0.0) if k in frozen else (-1.0, 1.0) for k in range(3)))
+            yield from decode(content, start, self.reach, self.setting.planar)
+
+    @cached_property
+    def reach(self) -> float:
+        """The smallest double that is not below the first cable's length."""
+        longest = self.problem.lengths[self.order[0]][1]
+        found = int(longest.p) / int(longest.q)
+        while fmpq(*found.as_integer_ratio()) < longest:
+            found = math.nextafter(found, math.inf)
+        return found
+
+    def system(self, chart: int) -> System:
+        """Return the equations in a chart."""
+        return System(self.setting, self.platform, chart)
+
+    def coordinates(self, chart: int, rotation: arb_mat, centre: arb_mat) -> list[arb] | None:
+        """Return (u, x) of a pose in a chart, or None where the chart may not reach it."""
+        base, first = self.setting.base, self.order[0]
+        r = base * rotation * self.setting.platform.transpose() * half_turn(chart)
+        trace = 1 + r[0, 0] + r[1, 1] + r[2, 2]
+        if not trace > 0:
+            return None
+        u = [(r[2, 1] - r[1, 2]) / trace, (r[0, 2] - r[2, 0]) / trace, (r[1, 0] - r[0, 1]) / trace]
+        x = base * (
+            centre + rotation * column(self.problem.points[first]) - column(self.problem.exits[first])
+        )
+        return [*u, *x.entries()]
+
+    def lies_in(self, values: list[arb], root: Root) -> bool:
+        """Return True when a pose (u, x) of this search is proved to lie in a root's box.
+
+        The entries that the symmetry fixes are exactly 0 at such a pose: nothing need be shown of them.
+        """
+        flat = self.flat(root.chart)
+        assert flat is not None
+        free = [k for k in range(6) if k not in flat]
+        within = all_within([values[k] for k in free], [root.box[k] for k in free])
+        return within and all(may_be_zero(values[k]) for k in flat)
+
+    def may_be_slack(self, cable: int) -> bool:
+        """Return True for a cable whose slackness is asked for."""
+        others = cable < len(self.problem.names) and cable not in self.order
+        return others and not self.problem.ignore_slack and not self.setting.family
+
+    def place_of(self, cable: int) -> int:
+        """Return the place of a cable that is not taut in the platform's list."""
+        return [*self.order, *(i for i in range(len(self.problem.names)) if i not in self.order)].index(cable)
+
+
+def all_within(values: list[arb], box: Bounds) -> bool:
+    """Return True when numbers are proved to lie within bounds."""
+    return all(lo <= v and v <= hi for v, (lo, hi) in zip(values, box, strict=True))
+
+
+def may_be_zero(value: arb) -> bool:
+    """Return True when a number is not proved to be another one than 0. This proves nothing by itself.
+
+    A pose of a plane or family has such entries exactly in one of the mirrored frames, and is far off in
+    the other.
+    """
+    return bool(value.contains(arb(0)))
+
+
+def half_turn(chart: int) -> arb_mat:
+    """Return D_c."""
+    return arb_mat([[HALF_TURNS[chart][i] if i == j else 0 for j in range(3)] for i in range(3)])
