@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from cdpr_interval.exact.enclosure import Bounds
 from solvers.point_mass.arrays import Cables, RobotArrays, is_range
+from solvers.point_mass.candidates import candidates
 from solvers.point_mass.duality import duality_box, feasible_near, inside_all, largest_tension
 from solvers.point_mass.emptiness import deepest_point
 from solvers.point_mass.fields import OPEN, SLACK, TAUT, distance

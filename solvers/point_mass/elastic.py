@@ -15,6 +15,7 @@ from solvers.point_mass.fields import OPEN, SLACK, TAUT, distance
 from solvers.point_mass.gradient import gradient_krawczyk
 from solvers.point_mass.one_call import anywhere, guess_elastic, middles
 from solvers.point_mass.switching import just_switching
+from solvers.point_mass.trap import trap
 
 
 def settle_springs(arrays: RobotArrays, cables: Cables) -> Enclosed:
