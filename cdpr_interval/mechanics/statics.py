@@ -38,7 +38,7 @@ class StaticModel:
     names: tuple[str, ...]
     exits: Floats
     """A_i, (N, 3) m, base frame."""
-    anchors: Floats
+    arms: Floats
     """B_i - G, (N, 3) m, platform frame."""
     centre: Floats
     """G, (3,) m, platform frame."""
@@ -50,16 +50,16 @@ class StaticModel:
     @property
     def radius(self) -> float:
         """Largest distance of a platform point from G, m; 1 for a point mass."""
-        return 1.0 if self.rows == 3 else float(np.linalg.norm(self.anchors, axis=1).max())
+        return 1.0 if self.rows == 3 else float(np.linalg.norm(self.arms, axis=1).max())
 
     @property
     def load_wrench(self) -> Floats:
         """The load as a scaled wrench, (3,) or (6,) N."""
         return self.load if self.rows == 3 else np.concatenate([self.load, np.zeros(3)])
 
-    def arms_and_cables(self, pose: Pose) -> tuple[Floats, Floats]:
+    def arms_and_spokes(self, pose: Pose) -> tuple[Floats, Floats]:
         """Return r_i = R (B_i - G) and e_i = A_i - p - R B_i, both (N, 3) m, base axes."""
-        arms = self.anchors @ pose.rotation.T
+        arms = self.arms @ pose.rotation.T
         return arms, self.exits - (pose.position + pose.rotation @ self.centre) - arms
 
     def distances(self, pose: Pose) -> Floats:
@@ -70,7 +70,7 @@ class StaticModel:
         InputError
             When a platform anchor lies in its exit point: such a cable has no direction.
         """
-        distances: Floats = np.linalg.norm(self.arms_and_cables(pose)[1], axis=1)
+        distances: Floats = np.linalg.norm(self.arms_and_spokes(pose)[1], axis=1)
         if not (distances > 0.0).all():
             name = self.names[int(np.argmin(distances))]
             raise InputError(f"pose: the length of cable '{name}' is zero at this pose")
@@ -78,7 +78,7 @@ class StaticModel:
 
     def wrenches(self, pose: Pose) -> Floats:
         """Return the scaled wrench of unit tension of each cable, (3 or 6, N)."""
-        arms, cables = self.arms_and_cables(pose)
+        arms, cables = self.arms_and_spokes(pose)
         units = cables / self.distances(pose)[:, None]
         if self.rows == 3:
             return units.T
@@ -90,7 +90,7 @@ class StaticModel:
         Rows as `wrenches`; columns: translation of G (m) and, unless a point mass, rotation vector
         in base axes times the radius (m); (3, 3) or (6, 6) N/m.
         """
-        arms, cables = self.arms_and_cables(pose)
+        arms, cables = self.arms_and_spokes(pose)
         total = np.zeros((6, 6))
         for arm, cable, tension in zip(arms, cables, tensions, strict=True):
             length = float(np.linalg.norm(cable))
@@ -127,7 +127,7 @@ def static_model(robot: Robot, external_force: Vector) -> StaticModel:
     return StaticModel(
         names=robot.cable_names,
         exits=_array(under_load.exits),
-        anchors=_array(under_load.arms),
+        arms=_array(under_load.arms),
         centre=_array([robot.platform.centre_of_mass])[0],
         load=_array([under_load.load])[0],
         rows=6 if any(map(any, under_load.arms)) else 3,
