@@ -18,36 +18,20 @@ from typing import Any
 from cdpr_interval.driver import canopen_objects as objects
 from cdpr_interval.driver import cia402
 from cdpr_interval.driver.bus import BusError, Command, Feedback
-from cdpr_interval.driver.canopen_objects import RPDOS, TPDOS, Setting
-from cdpr_interval.driver.winch import WinchModel
+from cdpr_interval.driver.canopen_objects import RPDOS, TPDOS
+from cdpr_interval.driver.canopen_settings import DriveSettings, configure, settings_of
 from cdpr_interval.robots.cable_robot import Robot
-from cdpr_interval.robots.winch import Winch
 
 ANSWER_SHARE = 0.6
 """Of a cycle, for which answers to SYNC are waited for."""
-ANSWER_SECONDS = 1.0
-"""For one SDO answer: drives that store a setting, and busy machines, need more than the library's 0.3 s."""
 PATIENCE = 2.0
 """s to wait for a heartbeat of every node."""
-SPARE = 2
-"""The drive's own limits (braking, following error) in units of the winch's: the supervisor's come first."""
 LISTENED_HEARTBEATS = 3
 """Heartbeat periods for which another master is listened for."""
 STOP_REPEATS = 3
 """How often `stop_from_outside` sends its messages: a bus may be busy."""
 LISTENING_CYCLE = 0.05
 """s after which the receiving thread looks whether it should end."""
-
-
-@dataclass(frozen=True)
-class DriveSettings:
-    """What one drive is configured with."""
-
-    node: int
-    braking: int
-    """Counts/s^2."""
-    window: int
-    """Counts of following error."""
 
 
 @dataclass
@@ -201,8 +185,7 @@ class CanOpenBus:
         faults: list[str] = []
         for drive in self._drives:
             node = self._network.add_node(drive.node, canopen.ObjectDictionary())
-            node.sdo.RESPONSE_TIMEOUT = ANSWER_SECONDS
-            faults += self._configure_drive(canopen, node, drive)
+            faults += configure(canopen, node, drive, self._cycle, self._heartbeat)
         if not faults:
             faults = self._wait_for_state(objects.STATE_PRE_OPERATIONAL)
         if not faults:
@@ -215,41 +198,6 @@ class CanOpenBus:
             faults = self._wait_for_state(objects.STATE_OPERATIONAL)
         if faults:
             raise BusError("\n".join(faults))
-
-    def _configure_drive(self, canopen: Any, node: Any, drive: DriveSettings) -> list[str]:
-        """Write and read back every setting of a drive; return what is wrong, a line each."""
-        wanted = objects.drive_settings(self._cycle, self._heartbeat, drive.braking, drive.window)
-        wanted += objects.pdo_settings(drive.node)
-        faults = []
-        for setting in wanted:
-            try:
-                node.sdo.download(setting.entry.index, setting.entry.sub, setting.entry.pack(setting.value))
-            except canopen.SdoAbortedError as error:
-                faults.append(f"node {drive.node}: {setting.entry}: refused ({error})")
-            except canopen.SdoCommunicationError:
-                # Nobody there: every further question would wait as long.
-                return [f"node {drive.node}: no answer"]
-        for setting in wanted:
-            if setting.is_read_back:
-                faults += self._read_back(canopen, node, drive.node, setting)
-        for entry in (entry for pdo in (*RPDOS, *TPDOS) for entry in pdo):
-            try:
-                node.sdo.upload(entry.index, entry.sub)
-            except (canopen.SdoAbortedError, canopen.SdoCommunicationError) as error:
-                faults.append(f"node {drive.node}: {entry}: missing ({error})")
-        return list(dict.fromkeys(faults))
-
-    def _read_back(self, canopen: Any, node: Any, number: int, setting: Setting) -> list[str]:
-        entry = setting.shown_by or setting.entry
-        try:
-            value = entry.unpack(node.sdo.upload(entry.index, entry.sub))
-        except canopen.SdoAbortedError as error:
-            return [f"node {number}: {entry}: missing ({error})"]
-        except (canopen.SdoCommunicationError, struct.error) as error:
-            return [f"node {number}: {entry}: not readable ({error})"]
-        if value != setting.value:
-            return [f"node {number}: {entry}: is {value}, must be {setting.value}"]
-        return []
 
     def _wait_for_state(self, state: int) -> list[str]:
         """Wait until a heartbeat of every node shows an NMT state; return what is wrong."""
@@ -364,17 +312,6 @@ def stop_from_outside(robot: Robot, interface: str, channel: str, **options: Any
         raise BusError(f"stop could not be sent: {error}") from error
     finally:
         network.disconnect()
-
-
-def settings_of(winch: Winch) -> DriveSettings:
-    """Return what the drive of a winch is configured with."""
-    model = WinchModel(winch)
-    low, high = winch.limits.length
-    middle = model.placed(0, (low + high) / 2)
-    counts_per_metre = 1 / abs(middle.rate(0).mid)
-    braking = max(round(SPARE * winch.limits.acceleration * counts_per_metre), 1)
-    window = max(round(SPARE * winch.limits.following_error * counts_per_metre), 1)
-    return DriveSettings(winch.node, braking, window)
 
 
 def _feedback(heard: Heard) -> Feedback:

@@ -20,7 +20,8 @@ from solvers.answers.tool import this_tool
 from solvers.batch import job_schema, tables
 from solvers.batch.executor import Executor
 from solvers.batch.job_file import Batch, Outputs, outputs_of
-from solvers.batch.ledger import FILE, Ledger
+from solvers.batch.ledger import Ledger
+from solvers.batch.ledger_file import FILE
 from solvers.batch.run import BatchProgress, BatchRun
 from solvers.batch.summary import Summary, write_summary
 from solvers.batch.work import Chunk, Task, solve_chunk

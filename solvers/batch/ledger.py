@@ -6,46 +6,22 @@ are pending again, the others are never done twice.
 
 from __future__ import annotations
 
-import fcntl
-import itertools
 import sqlite3
-import time
 from collections.abc import Iterable, Iterator, Sequence
-from contextlib import closing, contextmanager
+from contextlib import contextmanager
 from dataclasses import dataclass, fields
 from pathlib import Path
 from types import TracebackType
 from typing import IO, Any
 
-from cdpr_interval.errors import CdprError, InputError
 from cdpr_interval.files.literal import printable
-from solvers.batch.job import Job, Question, Settings, key_of, key_prefix
+from solvers.batch.job import Job, Question, Settings
+from solvers.batch.ledger_file import FILE, FORMAT, LOCK, LedgerError, connected, explained, locked, write
 from solvers.batch.robot_files import RobotFile
 from solvers.batch.work import JobOutcome, Status, Task
 
-FORMAT = "cdpr-ledger/1"
-FILE = "ledger.sqlite"
-LOCK = "ledger.lock"
 INCOMPLETE = '"outcome":"incomplete"'
 """In the text of an answer."""
-_TABLES = """
-CREATE TABLE meta (key TEXT PRIMARY KEY, value TEXT NOT NULL);
-CREATE TABLE robots (sha256 TEXT PRIMARY KEY, name TEXT NOT NULL, source TEXT NOT NULL, file BLOB NOT NULL);
-CREATE TABLE jobs (
-  number INTEGER PRIMARY KEY, key TEXT NOT NULL UNIQUE, robot TEXT NOT NULL REFERENCES robots,
-  problem INTEGER NOT NULL, item INTEGER NOT NULL, input TEXT NOT NULL,
-  status TEXT NOT NULL DEFAULT 'pending', attempts INTEGER NOT NULL DEFAULT 0,
-  host TEXT, started REAL, seconds REAL, message TEXT NOT NULL DEFAULT '', whole INTEGER REFERENCES jobs);
-CREATE INDEX parts ON jobs (whole) WHERE whole IS NOT NULL;
-CREATE TABLE answers (number INTEGER PRIMARY KEY REFERENCES jobs, answer TEXT NOT NULL);
-CREATE TABLE certificates (number INTEGER PRIMARY KEY REFERENCES jobs, file BLOB NOT NULL);
-CREATE TABLE checks (
-  number INTEGER PRIMARY KEY REFERENCES certificates, verdict TEXT NOT NULL, message TEXT NOT NULL);
-"""
-
-
-class LedgerError(CdprError):
-    """The ledger cannot be read or written; what is in it is kept."""
 
 
 @dataclass(frozen=True)
@@ -86,18 +62,6 @@ class CheckRow:
     message: str
 
 
-@contextmanager
-def _explained(path: Path) -> Iterator[None]:
-    """Turn what SQLite raises into one line."""
-    try:
-        yield
-    except sqlite3.Error as error:
-        advice = ""
-        if "full" in str(error) or "I/O" in str(error):
-            advice = "; what was recorded is kept: make room, then cdpr-solve batch resume"
-        raise LedgerError(f"{printable(str(path))}: {error}{advice}") from None
-
-
 class Ledger:
     """A ledger file, opened; a context manager.
 
@@ -121,32 +85,13 @@ class Ledger:
         LedgerError
             The file cannot be written.
         """
-        lock = _locked(folder)
-        # Written beside its place: a kill leaves no half of a ledger.
-        path = folder / FILE
-        part = path.with_name(f".{FILE}.part")
+        lock = locked(folder)
         try:
-            part.unlink(missing_ok=True)
-            with _explained(path), closing(sqlite3.connect(part, isolation_level=None)) as connection:
-                connection.execute("BEGIN IMMEDIATE")
-                for statement in filter(str.strip, _TABLES.split(";")):
-                    connection.execute(statement)
-                facts = {"format": FORMAT, "version": version, "settings": settings.to_json()}
-                facts["created"] = time.strftime("%Y-%m-%dT%H:%M:%SZ", time.gmtime())
-                facts["job_file"] = text.decode("utf-8", "replace")
-                connection.executemany("INSERT INTO meta VALUES (?, ?)", facts.items())
-                connection.executemany(
-                    "INSERT INTO robots VALUES (?, ?, ?, ?)",
-                    [(r.robot.sha256, r.robot.name, r.source, r.data) for r in robots],
-                )
-                _insert(connection, jobs, key_prefix(version, settings))
-                connection.execute("COMMIT")
-            part.replace(path)
-            with _explained(path):
-                return cls(folder, _connected(path), lock)
+            write(folder, text, version, settings, robots, jobs)
+            with explained(folder / FILE):
+                return cls(folder, connected(folder / FILE), lock)
         except BaseException:
-            part.unlink(missing_ok=True)
-            if not path.exists():
+            if not (folder / FILE).exists():
                 (folder / LOCK).unlink(missing_ok=True)
             lock.close()
             raise
@@ -172,10 +117,10 @@ class Ledger:
         path = folder / FILE
         if not path.is_file():
             raise LedgerError(f"{printable(str(folder))}: no batch there ({FILE} is missing)")
-        held = _locked(folder) if lock else None
+        held = locked(folder) if lock else None
         try:
-            with _explained(path):
-                connection = _connected(path)
+            with explained(path):
+                connection = connected(path)
             ledger = cls(folder, connection, held)
             ledger._require_known(version)
         except BaseException:
@@ -298,13 +243,13 @@ class Ledger:
         return next(self._recorded("number = ?", [number]), None)
 
     def _rows(self, query: str, values: Sequence[str | int] = ()) -> Iterator[tuple[Any, ...]]:
-        with _explained(self.folder / FILE):
+        with explained(self.folder / FILE):
             yield from self._connection.execute(query, values)
 
     def record(self, outcomes: Iterable[JobOutcome]) -> None:
         """Record outcomes, all of them or none; a job that has one keeps it."""
         rows = list(outcomes)
-        with _explained(self.folder / FILE), self._transaction():
+        with explained(self.folder / FILE), self._transaction():
             self._connection.executemany(
                 "UPDATE jobs SET status = ?, attempts = attempts + 1, host = ?, started = ?, seconds = ?,"
                 " message = ? WHERE number = ? AND status = 'pending'",
@@ -321,14 +266,14 @@ class Ledger:
 
     def count_attempts(self, numbers: Iterable[int]) -> None:
         """Record an attempt that ended without an outcome."""
-        with _explained(self.folder / FILE), self._transaction():
+        with explained(self.folder / FILE), self._transaction():
             self._connection.executemany(
                 "UPDATE jobs SET attempts = attempts + 1 WHERE number = ?", [(n,) for n in numbers]
             )
 
     def record_checks(self, rows: Iterable[CheckRow]) -> None:
         """Record what the checker said, instead of what it said before."""
-        with _explained(self.folder / FILE), self._transaction():
+        with explained(self.folder / FILE), self._transaction():
             self._connection.executemany(
                 "INSERT OR REPLACE INTO checks VALUES (?, ?, ?)",
                 [(row.number, row.verdict, row.message) for row in rows],
@@ -336,7 +281,7 @@ class Ledger:
 
     def reopen(self) -> int:
         """Make failed and crashed jobs pending again, and return how many; their attempts are kept."""
-        with _explained(self.folder / FILE), self._transaction():
+        with explained(self.folder / FILE), self._transaction():
             changed = self._connection.execute(
                 "UPDATE jobs SET status = 'pending', message = '' WHERE status IN (?, ?)",
                 (Status.FAILED.value, Status.CRASHED.value),
@@ -353,55 +298,3 @@ class Ledger:
             if self._connection.in_transaction:
                 self._connection.execute("ROLLBACK")
             raise
-
-
-def _connected(path: Path) -> sqlite3.Connection:
-    connection = sqlite3.connect(path, isolation_level=None, timeout=10.0)
-    connection.execute("PRAGMA journal_mode = WAL")
-    # A power cut may take the last moments, a kill takes nothing that was committed.
-    connection.execute("PRAGMA synchronous = NORMAL")
-    return connection
-
-
-def _locked(folder: Path) -> IO[bytes]:
-    """Return the lock of the only process that writes; the system frees it when that process dies."""
-    try:
-        stream = (folder / LOCK).open("ab")
-    except OSError as error:
-        raise InputError(f"{printable(str(folder))}: cannot be written: {error.strerror}") from None
-    try:
-        fcntl.flock(stream, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except OSError:
-        stream.close()
-        raise LedgerError(f"{printable(str(folder))}: another process is running this batch") from None
-    return stream
-
-
-def _insert(connection: sqlite3.Connection, jobs: Iterable[Job], prefix: bytes) -> None:
-    """Insert all jobs; `InputError` names two that are the same."""
-    last: list[Job] = []
-    numbers = itertools.count(1)
-
-    def rows() -> Iterator[tuple[int, str, str, int, int, str, int | None]]:
-        for job in jobs:
-            last[:] = [job]
-            whole = next(numbers)
-            yield whole, key_of(job, prefix), job.robot, job.problem, job.item, job.input, None
-            for part in job.of_parts():
-                key = key_of(part, prefix)
-                yield next(numbers), key, part.robot, part.problem, part.item, part.input, whole
-
-    try:
-        connection.executemany(
-            "INSERT INTO jobs (number, key, robot, problem, item, input, whole) VALUES (?, ?, ?, ?, ?, ?, ?)",
-            rows(),
-        )
-    except sqlite3.IntegrityError:
-        (job,) = last
-        first = connection.execute(
-            "SELECT problem, item FROM jobs WHERE key = ?", (key_of(job, prefix),)
-        ).fetchone()
-        if first is None:
-            raise
-        places = [f"problems[{problem}] job {item}" for problem, item in (first, (job.problem, job.item))]
-        raise InputError(f"{places[1]} is the same as {places[0]}: {job.input}") from None

@@ -14,7 +14,8 @@ from typing import IO, Any, Protocol
 from cdpr_interval.errors import InputError
 from cdpr_interval.files.literal import printable
 from cdpr_interval.robots.formats.reader import parse_robot
-from solvers.batch.ledger import Ledger, LedgerError, Recorded
+from solvers.batch.ledger import Ledger, Recorded
+from solvers.batch.ledger_file import LedgerError
 
 Row = dict[str, Any]
 CSV_FILE, JSONL_FILE, PARQUET_FILE = "solutions.csv", "results.jsonl", "solutions.parquet"

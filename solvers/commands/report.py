@@ -57,7 +57,7 @@ def _read(path: Path, robot: str | None, certificate: str | None) -> ResultSourc
 
 def _job(path: Path, number: int) -> ResultSource:
     from cdpr_interval.errors import InputError
-    from solvers.batch.ledger import LedgerError
+    from solvers.batch.ledger_file import LedgerError
     from solvers.report.plots import require_plotly
     from solvers.report.source import result_in_batch
 
@@ -81,7 +81,8 @@ def _result(source: ResultSource, folder: Path | None) -> str:
 def _batch(path: Path, folder: Path | None) -> str:
     from cdpr_interval.errors import InputError
     from solvers.batch.campaign import summary_of
-    from solvers.batch.ledger import Ledger, LedgerError
+    from solvers.batch.ledger import Ledger
+    from solvers.batch.ledger_file import LedgerError
     from solvers.report.page import batch_page, quantities
     from solvers.report.plots import require_plotly
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
@@ -11,15 +10,13 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import click
 
 from solvers.commands.numbers import read_float
+from solvers.commands.winch_output import print_path, print_status, print_truth, print_where, say_dry
 
 if TYPE_CHECKING:
     from cdpr_interval.driver.group import WinchGroup
     from cdpr_interval.driver.reference import Reference
-    from cdpr_interval.driver.snapshot import Snapshot
     from cdpr_interval.mechanics.statics import Pose
     from cdpr_interval.robots.cable_robot import Robot
-    from solvers.winches.path import Path as CablePath
-    from solvers.winches.where import Whereabouts
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
@@ -85,7 +82,7 @@ def status(robot: str, **given: Any) -> int:
     model = _robot(robot)
     with _winches(model, given) as group:
         group.pass_cycles(2)
-        _print_status(group.snapshot, given["as_json"])
+        print_status(group.snapshot, given["as_json"])
     return 0
 
 
@@ -100,7 +97,7 @@ def where(robot: str, **given: Any) -> int:
     model = _robot(robot)
     _, ranges, _ = _measured(model, given)
     found = whereabouts(model, ranges)
-    _print_where(model, ranges, found, given["as_json"])
+    print_where(model, ranges, found, given["as_json"])
     return ExitCode.COMPLETE if found.is_complete else ExitCode.INCOMPLETE
 
 
@@ -126,15 +123,15 @@ def move(robot: str, **given: Any) -> int:
     # Planning takes all of the processor: the cycle must not run meanwhile.
     widths = half_widths_of(references)
     path = plan(model, limits, held, ranges, goal, seconds, given["settle"], widths)
-    _print_path(model, path)
+    print_path(model, path)
     with _winches(model, given, live) as group:
         group.pass_cycles(2)
         _require_unmoved(group, ranges)
         group.enable()
         group.follow(path.points)
         ranges = group.length_ranges()
-    _print_where(model, ranges, whereabouts(model, ranges), as_json=False)
-    _say_dry(live)
+    print_where(model, ranges, whereabouts(model, ranges), as_json=False)
+    say_dry(live)
     return 0
 
 
@@ -151,8 +148,8 @@ def jog(robot: str, **given: Any) -> int:
     with _winches(model, given, live) as group:
         group.enable()
         group.jog(given["cable"], way)
-        _print_status(group.snapshot, as_json=False)
-        _say_dry(live)
+        print_status(group.snapshot, as_json=False)
+        say_dry(live)
     return 0
 
 
@@ -175,7 +172,7 @@ def home(robot: str, **given: Any) -> int:
     with _winches(model, given) as group:
         group.pass_cycles(2)
         group.home(lengths)
-        _print_status(group.snapshot, as_json=False)
+        print_status(group.snapshot, as_json=False)
     return 0
 
 
@@ -259,7 +256,7 @@ def simulate(robot: str, **given: Any) -> int:
                 time.sleep(0.05)
         except KeyboardInterrupt:
             click.echo("", err=True)
-    _print_truth(model, [float(drive.true_length) for drive in drives], given["as_json"])
+    print_truth(model, [float(drive.true_length) for drive in drives], given["as_json"])
     return 0
 
 
@@ -356,84 +353,6 @@ def _home_lengths(robot: Robot, given: dict[str, Any]) -> list[Any]:
         return [Range(x - tolerance, x + tolerance) for x in lengths_at(robot, _pose(given["pose"]))]
     ranges = read_lengths(given["lengths"], robot.cable_names, "--lengths")
     return [Range(lo - tolerance, hi + tolerance) if lo == hi else Range(lo, hi) for lo, hi in ranges]
-
-
-def _outward(lo: float, hi: float, decimals: int = 6) -> tuple[str, str]:
-    """Return bounds as decimals that still enclose."""
-    from decimal import ROUND_CEILING, ROUND_FLOOR, Decimal
-
-    step = Decimal(1).scaleb(-decimals)
-    return str(Decimal(lo).quantize(step, ROUND_FLOOR)), str(Decimal(hi).quantize(step, ROUND_CEILING))
-
-
-def _print_status(snapshot: Snapshot, as_json: bool) -> None:
-    if as_json:
-        ranges = [cable.length_range() for cable in snapshot.cables]
-        root = snapshot.to_json()
-        for cable, bounds in zip(root["cables"], ranges, strict=True):
-            cable["length_range_m"] = None if bounds is None else list(bounds)
-        click.echo(json.dumps(root))
-        return
-    click.echo(f"winches {snapshot.state.value}")
-    for cause in snapshot.causes:
-        click.echo(f"  {cause}")
-    for cable in snapshot.cables:
-        bounds = cable.length_range()
-        text = "length unknown" if bounds is None else f"{' to '.join(_outward(*bounds))} m"
-        source = "" if cable.reference is None else f", since {cable.reference.source}"
-        drive = "silent" if cable.drive is None else cable.drive.value
-        click.echo(f"  {cable.name}  {drive}  {cable.counts} counts  {cable.state.value}{source}  {text}")
-
-
-def _print_where(robot: Robot, ranges: list[tuple[float, float]], found: Whereabouts, as_json: bool) -> None:
-    from solvers.classes import class_of
-
-    names = robot.cable_names
-    if as_json:
-        poses = [pose.to_json(names) for pose in found.poses]
-        lengths = [list(bounds) for bounds in ranges]
-        click.echo(json.dumps({"lengths_m": lengths, "message": found.message, "poses": poses}))
-        return
-    for name, (lo, hi) in zip(names, ranges, strict=True):
-        click.echo(f"{name}  {' to '.join(_outward(lo, hi))} m")
-    click.echo(found.message)
-    for pose in found.poses:
-        place = ", ".join(f"[{', '.join(_outward(lo, hi))}]" for lo, hi in pose.position.tolist())
-        taut = ",".join(names[i] for i in pose.taut)
-        click.echo(f"position ({place}) m, {taut} taut, {pose.stability.value}")
-        if class_of(robot).turns:
-            quaternion = ", ".join(f"{x:.6f}" for x in pose.quaternion)
-            click.echo(f"  orientation near ({quaternion})")
-
-
-def _print_path(robot: Robot, path: CablePath) -> None:
-    click.echo(f"path of {path.times[-1]:.2f} s proved in {path.pieces} pieces, taut all along: "
-               + ",".join(robot.cable_names[i] for i in path.taut))  # fmt: skip
-    click.echo("cable  goal m      margin m  peak m/s  peak m/s2  tension N")
-    for i, name in enumerate(robot.cable_names):
-        least, most = path.tensions[i].tolist()
-        lo, hi = _outward(least, most, 2)
-        row = f"{path.lengths[-1, i]:<10.6f}  {path.margins[i]:<8.4f}  {path.speeds[i]:<8.4f}"
-        click.echo(f"{name:<5}  {row}  {path.accelerations[i]:<9.4f}  {lo} to {hi}")
-
-
-def _say_dry(live: bool) -> None:
-    if not live:
-        click.echo("dry run on simulated drives: nothing was moved", err=True)
-
-
-def _print_truth(robot: Robot, lengths: list[float], as_json: bool) -> None:
-    from solvers.winches.where import whereabouts
-
-    found = whereabouts(robot, [(length, length) for length in lengths])
-    if as_json:
-        points = [list(pose.point) for pose in found.poses]
-        click.echo(json.dumps({"true_lengths_m": lengths, "true_positions_m": points}))
-        return
-    click.echo("true lengths " + ", ".join(f"{length:.6f}" for length in lengths) + " m")
-    for pose in found.poses:
-        click.echo("true position (" + ", ".join(f"{x:.6f}" for x in pose.point) + ") m")
-    sys.stdout.flush()
 
 
 def _mark_rows(robot: Robot) -> list[dict[str, Any]]:

@@ -20,7 +20,8 @@ from solvers.batch.campaign import begin, proceed, result_of
 from solvers.batch.executor import ExecutorError
 from solvers.batch.job import Settings
 from solvers.batch.job_file import read_job_file
-from solvers.batch.ledger import FILE, Ledger, LedgerError
+from solvers.batch.ledger import Ledger
+from solvers.batch.ledger_file import FILE, LedgerError
 from solvers.batch.pool import ProcessPool
 from solvers.batch.work import Chunk, JobOutcome, Status, Task, solve_chunk
 from solvers.forward import forward_kinematics

@@ -290,6 +290,10 @@ def test_trap_5_a_mode_that_was_not_taken_is_seen(rig, group):
     rig.drives[0].inject(FaultKind.REFUSED_MODE)
     with pytest.raises(WinchesStopped, match="c1: not-enabled"):
         group.enable()
+    # The others had come along, and hear of the stop in threads of their own.
+    end = time.monotonic() + PATIENCE
+    while any(drive.state is DriveState.ENABLED for drive in rig.drives) and time.monotonic() < end:
+        time.sleep(0.01)
     assert all(drive.state is not DriveState.ENABLED for drive in rig.drives)
 
 

@@ -111,6 +111,7 @@ def test_a_change_in_a_called_file_gives_the_new_answer(house):
     assert house.answer() == 11
     house.write_inner(factor=3.0, inner="x + 2")
     assert house.answer() == 36
+    assert len(house.folders()) == 2
 
 
 def test_numba_alone_serves_the_old_kernel(tmp_path):

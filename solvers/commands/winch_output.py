@@ -1,0 +1,98 @@
+"""What the commands of winches print: as text, or as JSON."""
+
+from __future__ import annotations
+
+import json
+import sys
+from typing import TYPE_CHECKING
+
+import click
+
+if TYPE_CHECKING:
+    from cdpr_interval.driver.snapshot import Snapshot
+    from cdpr_interval.robots.cable_robot import Robot
+    from solvers.winches.path import Path as CablePath
+    from solvers.winches.where import Whereabouts
+
+
+def _outward(lo: float, hi: float, decimals: int = 6) -> tuple[str, str]:
+    """Return bounds as decimals that still enclose."""
+    from decimal import ROUND_CEILING, ROUND_FLOOR, Decimal
+
+    step = Decimal(1).scaleb(-decimals)
+    return str(Decimal(lo).quantize(step, ROUND_FLOOR)), str(Decimal(hi).quantize(step, ROUND_CEILING))
+
+
+def print_status(snapshot: Snapshot, as_json: bool) -> None:
+    """Print drives, readings and what is known of the lengths."""
+    if as_json:
+        ranges = [cable.length_range() for cable in snapshot.cables]
+        root = snapshot.to_json()
+        for cable, bounds in zip(root["cables"], ranges, strict=True):
+            cable["length_range_m"] = None if bounds is None else list(bounds)
+        click.echo(json.dumps(root))
+        return
+    click.echo(f"winches {snapshot.state.value}")
+    for cause in snapshot.causes:
+        click.echo(f"  {cause}")
+    for cable in snapshot.cables:
+        bounds = cable.length_range()
+        text = "length unknown" if bounds is None else f"{' to '.join(_outward(*bounds))} m"
+        source = "" if cable.reference is None else f", since {cable.reference.source}"
+        drive = "silent" if cable.drive is None else cable.drive.value
+        click.echo(f"  {cable.name}  {drive}  {cable.counts} counts  {cable.state.value}{source}  {text}")
+
+
+def print_where(robot: Robot, ranges: list[tuple[float, float]], found: Whereabouts, as_json: bool) -> None:
+    """Print measured lengths and the certified poses for them."""
+    from solvers.classes import class_of
+
+    names = robot.cable_names
+    if as_json:
+        poses = [pose.to_json(names) for pose in found.poses]
+        lengths = [list(bounds) for bounds in ranges]
+        click.echo(json.dumps({"lengths_m": lengths, "message": found.message, "poses": poses}))
+        return
+    for name, (lo, hi) in zip(names, ranges, strict=True):
+        click.echo(f"{name}  {' to '.join(_outward(lo, hi))} m")
+    click.echo(found.message)
+    for pose in found.poses:
+        place = ", ".join(f"[{', '.join(_outward(lo, hi))}]" for lo, hi in pose.position.tolist())
+        taut = ",".join(names[i] for i in pose.taut)
+        click.echo(f"position ({place}) m, {taut} taut, {pose.stability.value}")
+        if class_of(robot).turns:
+            quaternion = ", ".join(f"{x:.6f}" for x in pose.quaternion)
+            click.echo(f"  orientation near ({quaternion})")
+
+
+def print_path(robot: Robot, path: CablePath) -> None:
+    """Print what was proved of a path, cable by cable."""
+    click.echo(f"path of {path.times[-1]:.2f} s proved in {path.pieces} pieces, taut all along: "
+               + ",".join(robot.cable_names[i] for i in path.taut))  # fmt: skip
+    click.echo("cable  goal m      margin m  peak m/s  peak m/s2  tension N")
+    for i, name in enumerate(robot.cable_names):
+        least, most = path.tensions[i].tolist()
+        lo, hi = _outward(least, most, 2)
+        row = f"{path.lengths[-1, i]:<10.6f}  {path.margins[i]:<8.4f}  {path.speeds[i]:<8.4f}"
+        click.echo(f"{name:<5}  {row}  {path.accelerations[i]:<9.4f}  {lo} to {hi}")
+
+
+def say_dry(live: bool) -> None:
+    """Say on standard error that nothing was moved, when nothing was."""
+    if not live:
+        click.echo("dry run on simulated drives: nothing was moved", err=True)
+
+
+def print_truth(robot: Robot, lengths: list[float], as_json: bool) -> None:
+    """Print true lengths in m, and where the platform hangs with them."""
+    from solvers.winches.where import whereabouts
+
+    found = whereabouts(robot, [(length, length) for length in lengths])
+    if as_json:
+        points = [list(pose.point) for pose in found.poses]
+        click.echo(json.dumps({"true_lengths_m": lengths, "true_positions_m": points}))
+        return
+    click.echo("true lengths " + ", ".join(f"{length:.6f}" for length in lengths) + " m")
+    for pose in found.poses:
+        click.echo("true position (" + ", ".join(f"{x:.6f}" for x in pose.point) + ") m")
+    sys.stdout.flush()
