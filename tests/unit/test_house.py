@@ -42,7 +42,6 @@ def test_few_functions_are_long():
     assert len(long_functions(70)) <= 4, long_functions(70)
 
 
-@pytest.mark.xfail(strict=True, reason="asked for in 21 files until classes of robots have a door")
 def test_a_class_of_robot_is_asked_for_in_few_files():
     """The checker asks by itself: it shares nothing with the others."""
     asking = re.compile(r"\bis_point_mass\b")
