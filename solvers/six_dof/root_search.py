@@ -15,6 +15,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from cdpr_interval.engine.krawczyk import preconditioner
+from cdpr_interval.kernels.box import copy
 from cdpr_interval.kernels.second_order import ROTATION_ONLY, WHOLE_POSE
 from cdpr_interval.mechanics.six_dof import system as newton
 from solvers.six_dof import pose_cells as pose
@@ -27,12 +29,6 @@ Floats = NDArray[np.float64]
 NEWTON_STEPS = 40
 FAR_OUT = 3.0
 """Newton may leave a chart's cube [-1, 1]^3; beyond this another chart finds the root better."""
-INFLATIONS = 15
-"""Rounds of epsilon-inflation before a candidate counts as not provable."""
-REFINEMENTS = 3
-"""Most Krawczyk steps after the proof; each contracts quadratically down to rounding."""
-REFINED = 0.9
-"""A refinement that leaves every side at least this share of its width is the last."""
 LARGEST_REACH = 0.25
 """Half width in u of the largest uniqueness box tried; the others are this times powers of 1/2."""
 FIRST_HALVING, LAST_HALVING = 3, 27
@@ -83,69 +79,6 @@ class Bench(NamedTuple):
     """(capacity, 6 + n, 2) boxes of the roots found."""
     cores: Floats
     """(capacity, 6 + n, 2) the zeros for one choice of the lengths."""
-
-
-@njit("void(f8[:, ::1], f8[:, ::1])", cache=True, nogil=True)
-def copy(a: Any, out: Any) -> None:
-    """Copy bounds (k, 2); numba takes seconds to compile the checks of a slice's assignment."""
-    for k in range(a.shape[0]):
-        out[k, 0] = a[k, 0]
-        out[k, 1] = a[k, 1]
-
-
-@njit(
-    "b1(f8[:, :, ::1], f8[:, ::1], i8[::1], f8[:, ::1], f8[::1], f8[:, ::1], b1, f8[:, ::1])",
-    cache=True,
-    nogil=True,
-)
-def existence_box(data: Any, rows: Any, free: Any, C: Any, z: Any, f: Any, ranges: bool, box: Any) -> bool:
-    """Grow a box around z until the Krawczyk operator maps it strictly into itself, and contract it.
-
-    ``f`` (m, 2) are the residuals at z; without ``ranges`` of the data, only rounding is left after one step.
-
-    Guarantee: where True is returned, ``box`` (6 + n, 2) holds exactly one zero for every choice of data.
-    """
-    m = free.shape[0]
-    image = np.empty(box.shape)
-    most = 0.0
-    for k in range(z.shape[0]):
-        box[k, 0] = z[k]
-        box[k, 1] = z[k]
-        if k < 6:
-            most = max(most, abs(z[k]))
-    for i in range(m):
-        radius = 0.0
-        for j in range(m):
-            radius += abs(C[i, j]) * max(abs(f[j, 0]), abs(f[j, 1]))
-        image[free[i], 0] = z[free[i]] - radius
-        image[free[i], 1] = z[free[i]] + radius
-    proved = False
-    for step in range(INFLATIONS + REFINEMENTS):
-        if step >= INFLATIONS and not proved:
-            return False
-        if not proved:
-            for i in range(m):
-                k = free[i]
-                if not (image[k, 1] - image[k, 0] < math.inf):
-                    return False
-                slack = MARGIN * (image[k, 1] - image[k, 0]) + 1e-15 * (abs(z[k]) + most)
-                box[k, 0] = image[k, 0] - slack
-                box[k, 1] = image[k, 1] + slack
-        inside = newton.krawczyk(data, rows, free, C, box, image)
-        if not (proved or inside):
-            continue
-        # The zero lies in the box and, once that is proved, in every image.
-        smaller = not proved
-        proved = True
-        for i in range(m):
-            k = free[i]
-            lo, hi = max(box[k, 0], image[k, 0]), min(box[k, 1], image[k, 1])
-            smaller = smaller or hi - lo < REFINED * (box[k, 1] - box[k, 0])
-            box[k, 0] = lo
-            box[k, 1] = hi
-        if not (smaller and ranges):
-            return True
-    return proved
 
 
 @njit("f8(f8[:, ::1], f8[:, ::1], f8[::1])", cache=True, nogil=True)
@@ -285,7 +218,7 @@ def find_roots(
                 rows[i, j] = system.rows[i, j]
         if system.rod:
             across_rod(z[:3], rows)
-        if not newton.newton(data, rows, free, z, C, NEWTON_STEPS):
+        if not newton.improve(data, rows, free, z, C, NEWTON_STEPS):
             continue
         if max(abs(z[0]), abs(z[1]), abs(z[2])) >= FAR_OUT or known(bench, count, chart, z, z):
             continue
@@ -296,9 +229,9 @@ def find_roots(
             box[i, 0] = z[i]
             box[i, 1] = z[i]
         newton.jacobian_over(data, rows, free, box, f, J)
-        if not newton.inverse_at(J, C) or not np.isfinite(C).all():
+        if not preconditioner(J, C) or not np.isfinite(C).all():
             continue
-        if not existence_box(data, rows, free, C, z, f, ranges, box):
+        if not newton.existence_box(data, rows, free, C, z, f, ranges, box):
             continue
         widest = 0.0
         for i in range(3):
@@ -345,7 +278,7 @@ def find_roots(
                 data[i, 6, 0] = model.lengths_sq[i]
                 data[i, 6, 1] = model.lengths_sq[i]
             newton.residual_at(data, rows, core, f)
-            narrower = existence_box(data, rows, free, C, z, f, False, core)
+            narrower = newton.existence_box(data, rows, free, C, z, f, False, core)
         if not narrower:
             copy(box, core)
         for i in range(z.shape[0]):
