@@ -16,6 +16,7 @@ import numpy as np
 from numba import njit
 
 from cdpr_interval.engine.depth_first import depth_first
+from cdpr_interval.kernels.box import contains, disjoint
 from cdpr_interval.kernels.interval import add, mid, mig, mul, sqr, sub
 from cdpr_interval.kernels.rounding import down, up
 from solvers.point_mass.balance import all_cables, form, tension_cover, unbalanced
@@ -72,24 +73,6 @@ def other_taut(others: Any, box: Any) -> bool:
     """Return True when a cable that must be slack is too short on the whole box."""
     for c in range(others[2].shape[0]):  # noqa: SIM110 - numba compiles no generator expressions
         if distance(others[1], c, box)[0] > others[2][c, 1]:
-            return True
-    return False
-
-
-@njit(cache=True, nogil=True)
-def contains(outer: Any, inner: Any, n: int) -> bool:
-    """Return True when the first n intervals of ``inner`` lie in those of ``outer``."""
-    for i in range(n):  # noqa: SIM110 - numba compiles no generator expressions
-        if not (outer[i, 0] <= inner[i, 0] and inner[i, 1] <= outer[i, 1]):
-            return False
-    return True
-
-
-@njit(cache=True, nogil=True)
-def disjoint(a: Any, b: Any, n: int) -> bool:
-    """Return True when two boxes have no common point."""
-    for i in range(n):  # noqa: SIM110 - numba compiles no generator expressions
-        if a[i, 1] < b[i, 0] or b[i, 1] < a[i, 0]:
             return True
     return False
 

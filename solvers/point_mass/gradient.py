@@ -12,16 +12,21 @@ which a cable that is taut in a part of the box only enters with every weight fr
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
 from numba import njit
 
-from cdpr_interval.kernels.dense import solve_in_place
+from cdpr_interval.engine.krawczyk import LOST, Contractions, around, correction, deviation, preconditioner
+from cdpr_interval.kernels.box import point
 from cdpr_interval.kernels.interval import add, div, mag, mul, sqr, sub
-from cdpr_interval.kernels.rounding import down, up
 from solvers.point_mass.fields import distance
-from solvers.point_mass.system import CONTRACTIONS, INFLATIONS, spread
+from solvers.point_mass.system import TRIES
+
+CONTRACTIONS = Contractions(most=6, gain=math.inf)
+"""H jumps where a cable stops being slack anywhere in the box: a step that gains little may be followed by one
+that gains much."""
 
 
 @njit(cache=True, nogil=True)
@@ -90,6 +95,37 @@ def curvature(cables: Any, box: Any, out: Any) -> None:
 
 
 @njit(cache=True, nogil=True)
+def deviate(context: Any, box: Any, E: Any) -> None:
+    """Enclose I - C H in E (3, 3, 2) over a box (3, 2), see `cdpr_interval.engine.krawczyk`.
+
+    The context is ``(cables, C)``: see `solvers.point_mass.system.evaluate`, and C (3, 3).
+    """
+    cables, C = context
+    H = np.empty((3, 3, 2))
+    curvature(cables, box, H)
+    deviation(C, H, E)
+
+
+@njit(cache=True, nogil=True)
+def correction_at(cables: Any, load: Any, x: Any, around_x: Any, C: Any, shift: Any) -> bool:
+    """Enclose -C F(x) in shift (3, 2) for x (3,), C (3, 3) from the middle of H over a box ``around_x`` (3, 2).
+
+    False where that is singular. ``cables`` and ``load`` as in `solvers.point_mass.system.evaluate`.
+    """
+    here, value, H = np.empty((3, 2)), np.empty((3, 2)), np.empty((3, 3, 2))
+    point(x, here)
+    gradient_bounds(cables, load, here, value)
+    curvature(cables, around_x, H)
+    if not preconditioner(H, C):
+        return False
+    correction(C, value, shift)
+    for r in range(3):
+        if not mag(shift[r, 0], shift[r, 1]) < LOST:
+            return False
+    return True
+
+
+@njit(cache=True, nogil=True)
 def gradient_krawczyk(cables: Any, load: Any, x: Any, cover: Any, box: Any, domain: Any) -> bool:
     """Prove and enclose the zero of F near a guess.
 
@@ -108,98 +144,15 @@ def gradient_krawczyk(cables: Any, load: Any, x: Any, cover: Any, box: Any, doma
     ---------
     True: for all parameters in their ranges F has exactly one zero in ``domain``, and it lies in ``box``.
     """
-    n = 3
-    value = np.empty((3, 2))
-    matrix = np.empty((3, 3, 2))
-    work = np.empty((3, 6))
-    magnitude = np.empty((3, 3))
-    shift = np.empty((3, 2))
-    first = np.empty(3)
-    radius = np.empty(3)
-    image = np.empty(3)
-    for attempt in range(2):
-        for j in range(3):
-            box[j, 0], box[j, 1] = x[j], x[j]
-        gradient_bounds(cables, load, box, value)
-        if attempt == 1:
-            # The middle of the generalised Jacobians around the point, not one side of a kink.
-            for j in range(3):
-                r = 2.0 * first[j] + 1e-14 * abs(x[j]) + 1e-300
-                box[j, 0], box[j, 1] = min(x[j] - r, cover[j, 0]), max(x[j] + r, cover[j, 1])
-        curvature(cables, box, matrix)
-        for a in range(3):
-            for b in range(3):
-                work[a, b] = 0.5 * matrix[a, b, 0] + 0.5 * matrix[a, b, 1]
-                work[a, 3 + b] = 1.0 if a == b else 0.0
-        if not solve_in_place(work, 3, 3):
-            return False
-        for r in range(n):
-            slo, shi = 0.0, 0.0
-            for i in range(n):
-                c = work[r, n + i]
-                lo, hi = mul(c, c, value[i, 0], value[i, 1])
-                slo, shi = add(slo, shi, lo, hi)
-            shift[r, 0], shift[r, 1] = -shi, -slo
-            first[r] = mag(slo, shi)
-            if not first[r] < 1e200:
-                return False
-        if attempt == 0:
-            for r in range(n):
-                x[r] += 0.5 * shift[r, 0] + 0.5 * shift[r, 1]
-                first[r] = 0.5 * (shift[r, 1] - shift[r, 0])
-    for r in range(n):
-        radius[r] = 1.5 * first[r] + 1e-17 * abs(x[r]) + 1e-300
-        radius[r] = max(radius[r], 1.01 * max(up(x[r] - cover[r, 0]), up(cover[r, 1] - x[r])))
-    proved = False
-    for _ in range(INFLATIONS):
-        spread(x, radius, n, box)
-        deviate(cables, box, work, magnitude)
-        inside = True
-        for r in range(n):
-            total = first[r]
-            for i in range(n):
-                total = up(total + up(magnitude[r, i] * radius[i]))
-            image[r] = total
-            if not total < radius[r]:
-                inside = False
-        if inside:
-            proved = True
-            break
-        for r in range(n):
-            if not image[r] < 1e200:
-                return False
-            radius[r] = max(1.2 * image[r], radius[r])
-    if not proved:
+    C, shift = np.empty((3, 3)), np.empty((3, 2))
+    point(x, box)
+    if not correction_at(cables, load, x, box, C, shift):
         return False
-    for i in range(n):
-        domain[i, 0], domain[i, 1] = box[i, 0], box[i, 1]
-    for _ in range(CONTRACTIONS):
-        for r in range(n):
-            radius[r] = min(image[r], radius[r])
-        spread(x, radius, n, box)
-        deviate(cables, box, work, magnitude)
-        for r in range(n):
-            total = 0.0
-            for i in range(n):
-                total = up(total + up(magnitude[r, i] * radius[i]))
-            image[r] = min(up(first[r] + total), radius[r])
-            box[r, 0] = max(box[r, 0], down(x[r] + down(shift[r, 0] - total)))
-            box[r, 1] = min(box[r, 1], up(x[r] + up(shift[r, 1] + total)))
-    return True
-
-
-@njit(cache=True, nogil=True)
-def deviate(cables: Any, box: Any, work: Any, magnitude: Any) -> None:
-    """Write upper bounds of |I - C H| over a box, C in columns 3..5 of ``work``."""
-    matrix = np.empty((3, 3, 2))
-    curvature(cables, box, matrix)
     for r in range(3):
-        for j in range(3):
-            d = 1.0 if r == j else 0.0
-            slo, shi = 0.0, 0.0
-            for i in range(3):
-                c = work[r, 3 + i]
-                lo, hi = mul(c, c, matrix[i, j, 0], matrix[i, j, 1])
-                slo, shi = add(slo, shi, lo, hi)
-            slo, shi = sub(d, d, slo, shi)
-            magnitude[r, j] = mag(slo, shi)
+        x[r] += 0.5 * shift[r, 0] + 0.5 * shift[r, 1]
+        # The middle of the generalised Jacobians around the point, not one side of a kink.
+        reach = 2.0 * (0.5 * (shift[r, 1] - shift[r, 0])) + 1e-14 * abs(x[r]) + 1e-300
+        box[r, 0], box[r, 1] = min(x[r] - reach, cover[r, 0]), max(x[r] + reach, cover[r, 1])
+    if not correction_at(cables, load, x, box, C, shift):
+        return False
+    return around(deviate, (cables, C), x, shift, cover, (TRIES, CONTRACTIONS), box, domain)

@@ -17,6 +17,7 @@ import numpy as np
 from cdpr_interval.engine.budget import Budget, Stop
 from cdpr_interval.engine.search import Report, Run, search
 from cdpr_interval.exact.enclosure import Bounds
+from cdpr_interval.kernels.box import contains
 from solvers.answers.data import (
     Answer,
     Outcome,
@@ -30,7 +31,7 @@ from solvers.point_mass.alone import Claim, complete_claim, exact_pose_of, merge
 from solvers.point_mass.answer import answer_pose, answer_without_pose, subset_count, subsets
 from solvers.point_mass.arrays import Cables, RobotArrays, exact_lengths, select
 from solvers.point_mass.balance import all_cables
-from solvers.point_mass.cells import PROVED, WIDTH, contains, run_cells, settle
+from solvers.point_mass.cells import PROVED, WIDTH, run_cells, settle
 from solvers.point_mass.convex import find_pose, scaled_cables
 from solvers.point_mass.entry import Fields, fields_of
 from solvers.point_mass.fields import TAUT

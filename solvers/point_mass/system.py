@@ -22,14 +22,20 @@ from typing import Any
 import numpy as np
 from numba import njit
 
+from cdpr_interval.engine.krawczyk import LOST, Contractions, Tries, around, correction
+from cdpr_interval.engine.newton import Pace, newton
+from cdpr_interval.kernels.box import point
 from cdpr_interval.kernels.dense import solve_in_place
-from cdpr_interval.kernels.interval import add, div, mag, mid, mul, sqr, sub
-from cdpr_interval.kernels.rounding import down, up
+from cdpr_interval.kernels.interval import add, div, mid, mul, scale, sqr, sub
 
-INFLATIONS = 12
-"""Tries to find a box that is mapped into itself; each enlarges it, so more would only diverge."""
-CONTRACTIONS = 6
-"""Most Krawczyk steps after the proof; exact input needs one, wide length ranges a few."""
+NEWTON_STEPS = 2
+"""The guesses are near: two steps give the digits that are left."""
+PACE = Pace()
+"""Both steps are made, each with its own derivative."""
+TRIES = Tries(boxes=12, growth=1.2, kept=1.0)
+"""Each box tried is larger, so more would only diverge."""
+CONTRACTIONS = Contractions(most=6, gain=0.99)
+"""Exact input needs one, wide length ranges a few."""
 
 
 @njit(cache=True, nogil=True)
@@ -57,6 +63,15 @@ def reach(
     return div(w_lo, w_hi, lo, hi)
 
 
+@njit("void(f8[:, :, ::1], i8[::1], i8, f8[:, ::1], f8[:, :, ::1])", cache=True, nogil=True)
+def arms_over(anchors: Any, taut: Any, m: int, box: Any, arms: Any) -> None:
+    """Enclose e_i = p - A_i (m, 3, 2) of the first m cables of ``taut`` (>= m,) over a box (>= 3, 2)."""
+    for i in range(m):
+        for j in range(3):
+            lo, hi = anchors[taut[i], j, 0], anchors[taut[i], j, 1]
+            arms[i, j, 0], arms[i, j, 1] = sub(box[j, 0], box[j, 1], lo, hi)
+
+
 @njit(cache=True, nogil=True)
 def evaluate(cables: Any, load: Any, taut: Any, m: int, box: Any, arms: Any, out: Any) -> None:
     """Enclose the system over a box.
@@ -77,14 +92,14 @@ def evaluate(cables: Any, load: Any, taut: Any, m: int, box: Any, arms: Any, out
         Written: the m length equations, then the three force equations.
     """
     elastic, anchors, lengths, k, w = cables
+    arms_over(anchors, taut, m, box, arms)
     for j in range(3):
         out[m + j, 0], out[m + j, 1] = -load[j, 1], -load[j, 0]
     for i in range(m):
         c = taut[i]
         slo, shi = 0.0, 0.0
         for j in range(3):
-            lo, hi = sub(box[j, 0], box[j, 1], anchors[c, j, 0], anchors[c, j, 1])
-            arms[i, j, 0], arms[i, j, 1] = lo, hi
+            lo, hi = arms[i, j, 0], arms[i, j, 1]
             qlo, qhi = sqr(lo, hi)
             slo, shi = add(slo, shi, qlo, qhi)
             lo, hi = mul(box[3 + i, 0], box[3 + i, 1], lo, hi)
@@ -119,20 +134,36 @@ def compliance(cables: Any, c: int, t_lo: float, t_hi: float) -> tuple[float, fl
 
 
 @njit(cache=True, nogil=True)
-def invert_at(cables: Any, taut: Any, m: int, x: Any, inverse: Any) -> bool:
-    """Write an approximate inverse of the Jacobian at the floats ``x``; False where it is singular."""
+def residual(context: Any, box: Any, out: Any) -> None:
+    """Enclose the system (3 + m, 2) over a box (3 + m, 2), see `cdpr_interval.engine.krawczyk`.
+
+    The context is ``(cables, load, taut, arms, C)``: see `evaluate`, and C (3 + m, 3 + m).
+    """
+    cables, load, taut, arms, C = context
+    evaluate(cables, load, taut, C.shape[0] - 3, box, arms, out)
+
+
+@njit(cache=True, nogil=True)
+def linearise(context: Any, box: Any, out: Any, C: Any) -> bool:
+    """Write the system (3 + m, 2) and an approximate inverse C of its Jacobian at a point (3 + m, 2).
+
+    False where that is singular. See `cdpr_interval.engine.newton`.
+    """
+    cables, _, taut, _, _ = context
     anchors = cables[1]
-    n = 3 + m
+    n = C.shape[0]
+    m = n - 3
     work = np.zeros((n, 2 * n))
     total = 0.0
     for i in range(m):
         c = taut[i]
-        total += x[3 + i]
+        t = box[3 + i, 0]
+        total += t
         for j in range(3):
-            e = x[j] - mid(anchors[c, j, 0], anchors[c, j, 1])
+            e = box[j, 0] - mid(anchors[c, j, 0], anchors[c, j, 1])
             work[i, j] = e
             work[m + j, 3 + i] = e
-        lo, hi = compliance(cables, c, x[3 + i], x[3 + i])
+        lo, hi = compliance(cables, c, t, t)
         work[i, 3 + i] = mid(lo, hi)
     for j in range(3):
         work[m + j, j] = total
@@ -143,45 +174,39 @@ def invert_at(cables: Any, taut: Any, m: int, x: Any, inverse: Any) -> bool:
     for i in range(n):
         for j in range(n):
             v = work[i, n + j]
-            if not abs(v) < 1e200:
+            if not abs(v) < LOST:
                 return False
-            inverse[i, j] = v
+            C[i, j] = v
+    residual(context, box, out)
     return True
 
 
 @njit(cache=True, nogil=True)
-def deviation(cables: Any, taut: Any, m: int, box: Any, arms: Any, inverse: Any, magnitude: Any) -> None:
-    """Write upper bounds of |I - C J| over a box whose arms are given, entry by entry."""
-    n = 3 + m
+def deviate(context: Any, box: Any, E: Any) -> None:
+    """Enclose I - C J in E (3 + m, 3 + m, 2) over a box (3 + m, 2); context as `residual`."""
+    cables, _, taut, arms, C = context
+    n = C.shape[0]
+    m = n - 3
+    arms_over(cables[1], taut, m, box, arms)
     tlo, thi = 0.0, 0.0
     for i in range(m):
         tlo, thi = add(tlo, thi, box[3 + i, 0], box[3 + i, 1])
     for r in range(n):
         for j in range(3):
-            slo, shi = mul(inverse[r, m + j], inverse[r, m + j], tlo, thi)
+            slo, shi = scale(C[r, m + j], tlo, thi)
             for i in range(m):
-                lo, hi = mul(inverse[r, i], inverse[r, i], arms[i, j, 0], arms[i, j, 1])
+                lo, hi = scale(C[r, i], arms[i, j, 0], arms[i, j, 1])
                 slo, shi = add(slo, shi, lo, hi)
             d = 1.0 if r == j else 0.0
-            slo, shi = sub(d, d, slo, shi)
-            magnitude[r, j] = mag(slo, shi)
+            E[r, j, 0], E[r, j, 1] = sub(d, d, slo, shi)
         for i in range(m):
             clo, chi = compliance(cables, taut[i], box[3 + i, 0], box[3 + i, 1])
-            slo, shi = mul(inverse[r, i], inverse[r, i], clo, chi)
+            slo, shi = scale(C[r, i], clo, chi)
             for j in range(3):
-                lo, hi = mul(inverse[r, m + j], inverse[r, m + j], arms[i, j, 0], arms[i, j, 1])
+                lo, hi = scale(C[r, m + j], arms[i, j, 0], arms[i, j, 1])
                 slo, shi = add(slo, shi, lo, hi)
             d = 1.0 if r == 3 + i else 0.0
-            slo, shi = sub(d, d, slo, shi)
-            magnitude[r, 3 + i] = mag(slo, shi)
-
-
-@njit(cache=True, nogil=True)
-def spread(x: Any, radius: Any, n: int, box: Any) -> None:
-    """Write a box that holds x +- radius."""
-    for i in range(n):
-        box[i, 0] = down(x[i] - radius[i])
-        box[i, 1] = up(x[i] + radius[i])
+            E[r, 3 + i, 0], E[r, 3 + i, 1] = sub(d, d, slo, shi)
 
 
 @njit(cache=True, nogil=True)
@@ -192,7 +217,7 @@ def krawczyk(cables: Any, load: Any, taut: Any, m: int, x: Any, cover: Any, box:
     ----------
     cables, load, taut, m
         See `evaluate`; 1 <= m.
-    x : (3 + m,)
+    x : (>= 3 + m,)
         Guess: p, then t. Improved by Newton steps in floats.
     cover : (3 + m, 2)
         A box the domain must contain; rows (inf, -inf) ask for nothing.
@@ -208,85 +233,12 @@ def krawczyk(cables: Any, load: Any, taut: Any, m: int, x: Any, cover: Any, box:
         Jacobian is regular there, and the zero lies in ``box``. False: nothing is claimed.
     """
     n = 3 + m
-    arms = np.empty((m, 3, 2))
-    value = np.empty((n, 2))
-    inverse = np.empty((n, n))
-    magnitude = np.empty((n, n))
-    shift = np.empty((n, 2))
-    first = np.empty(n)
-    radius = np.empty(n)
-    image = np.empty(n)
-    for _ in range(2):
-        for i in range(n):
-            box[i, 0], box[i, 1] = x[i], x[i]
-        if not invert_at(cables, taut, m, x, inverse):
-            return False
-        evaluate(cables, load, taut, m, box, arms, value)
-        for r in range(n):
-            step = 0.0
-            for i in range(n):
-                step += inverse[r, i] * (0.5 * value[i, 0] + 0.5 * value[i, 1])
-            image[r] = x[r] - step
-        for r in range(n):
-            if not abs(image[r]) < 1e200:
-                return False
-            x[r] = image[r]
-    for i in range(n):
-        box[i, 0], box[i, 1] = x[i], x[i]
-    if not invert_at(cables, taut, m, x, inverse):
+    C, value, shift = np.empty((n, n)), np.empty((n, 2)), np.empty((n, 2))
+    context = (cables, load, taut, np.empty((m, 3, 2)), C)
+    if not newton(linearise, residual, context, x, C, NEWTON_STEPS, PACE) < LOST:
         return False
-    evaluate(cables, load, taut, m, box, arms, value)
-    for r in range(n):
-        slo, shi = 0.0, 0.0
-        for i in range(n):
-            lo, hi = mul(inverse[r, i], inverse[r, i], value[i, 0], value[i, 1])
-            slo, shi = add(slo, shi, lo, hi)
-        shift[r, 0], shift[r, 1] = -shi, -slo
-        first[r] = mag(slo, shi)
-        radius[r] = 1.5 * first[r] + 1e-17 * abs(x[r]) + 1e-300
-        radius[r] = max(radius[r], 1.01 * max(up(x[r] - cover[r, 0]), up(cover[r, 1] - x[r])))
-    proved = False
-    for _ in range(INFLATIONS):
-        spread(x, radius, n, box)
-        evaluate(cables, load, taut, m, box, arms, value)
-        deviation(cables, taut, m, box, arms, inverse, magnitude)
-        inside = True
-        for r in range(n):
-            total = first[r]
-            for i in range(n):
-                total = up(total + up(magnitude[r, i] * radius[i]))
-            image[r] = total
-            # Strictly inside; a NaN fails the comparison.
-            if not total < radius[r]:
-                inside = False
-        if inside:
-            proved = True
-            break
-        for r in range(n):
-            if not image[r] < 1e200:
-                return False
-            radius[r] = max(1.2 * image[r], radius[r])
-    if not proved:
+    point(x, box)
+    if not linearise(context, box, value, C):
         return False
-    for i in range(n):
-        domain[i, 0], domain[i, 1] = box[i, 0], box[i, 1]
-    for step_ in range(CONTRACTIONS):
-        # Every zero of the domain lies in x + shift +- |I - C J| radius, hence in x +- image.
-        gain = False
-        for r in range(n):
-            if image[r] < 0.99 * radius[r]:
-                gain = True
-            radius[r] = min(image[r], radius[r])
-        if step_ > 0 and not gain:
-            break
-        spread(x, radius, n, box)
-        evaluate(cables, load, taut, m, box, arms, value)
-        deviation(cables, taut, m, box, arms, inverse, magnitude)
-        for r in range(n):
-            total = 0.0
-            for i in range(n):
-                total = up(total + up(magnitude[r, i] * radius[i]))
-            image[r] = min(up(first[r] + total), radius[r])
-            box[r, 0] = max(box[r, 0], down(x[r] + down(shift[r, 0] - total)))
-            box[r, 1] = min(box[r, 1], up(x[r] + up(shift[r, 1] + total)))
-    return True
+    correction(C, value, shift)
+    return around(deviate, context, x, shift, cover, (TRIES, CONTRACTIONS), box, domain)

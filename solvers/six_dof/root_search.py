@@ -15,8 +15,17 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from cdpr_interval.engine.krawczyk import preconditioner
+from cdpr_interval.kernels.box import copy, point
 from cdpr_interval.kernels.second_order import ROTATION_ONLY, WHOLE_POSE
-from cdpr_interval.mechanics.six_dof import system as newton
+from cdpr_interval.mechanics.six_dof.system import (
+    existence_box,
+    fill_data,
+    growth,
+    improve,
+    jacobian_over,
+    residual_at,
+)
 from solvers.six_dof import pose_cells as pose
 from solvers.six_dof import rotation_cells as turn
 from solvers.six_dof.cell_kinds import Scratch
@@ -27,12 +36,6 @@ Floats = NDArray[np.float64]
 NEWTON_STEPS = 40
 FAR_OUT = 3.0
 """Newton may leave a chart's cube [-1, 1]^3; beyond this another chart finds the root better."""
-INFLATIONS = 15
-"""Rounds of epsilon-inflation before a candidate counts as not provable."""
-REFINEMENTS = 3
-"""Most Krawczyk steps after the proof; each contracts quadratically down to rounding."""
-REFINED = 0.9
-"""A refinement that leaves every side at least this share of its width is the last."""
 LARGEST_REACH = 0.25
 """Half width in u of the largest uniqueness box tried; the others are this times powers of 1/2."""
 FIRST_HALVING, LAST_HALVING = 3, 27
@@ -85,67 +88,27 @@ class Bench(NamedTuple):
     """(capacity, 6 + n, 2) the zeros for one choice of the lengths."""
 
 
-@njit("void(f8[:, ::1], f8[:, ::1])", cache=True, nogil=True)
-def copy(a: Any, out: Any) -> None:
-    """Copy bounds (k, 2); numba takes seconds to compile the checks of a slice's assignment."""
-    for k in range(a.shape[0]):
-        out[k, 0] = a[k, 0]
-        out[k, 1] = a[k, 1]
+class Workplace(NamedTuple):
+    """One zero in the making, n taut cables and m equations."""
 
-
-@njit(
-    "b1(f8[:, :, ::1], f8[:, ::1], i8[::1], f8[:, ::1], f8[::1], f8[:, ::1], b1, f8[:, ::1])",
-    cache=True,
-    nogil=True,
-)
-def existence_box(data: Any, rows: Any, free: Any, C: Any, z: Any, f: Any, ranges: bool, box: Any) -> bool:
-    """Grow a box around z until the Krawczyk operator maps it strictly into itself, and contract it.
-
-    ``f`` (m, 2) are the residuals at z; without ``ranges`` of the data, only rounding is left after one step.
-
-    Guarantee: where True is returned, ``box`` (6 + n, 2) holds exactly one zero for every choice of data.
-    """
-    m = free.shape[0]
-    image = np.empty(box.shape)
-    most = 0.0
-    for k in range(z.shape[0]):
-        box[k, 0] = z[k]
-        box[k, 1] = z[k]
-        if k < 6:
-            most = max(most, abs(z[k]))
-    for i in range(m):
-        radius = 0.0
-        for j in range(m):
-            radius += abs(C[i, j]) * max(abs(f[j, 0]), abs(f[j, 1]))
-        image[free[i], 0] = z[free[i]] - radius
-        image[free[i], 1] = z[free[i]] + radius
-    proved = False
-    for step in range(INFLATIONS + REFINEMENTS):
-        if step >= INFLATIONS and not proved:
-            return False
-        if not proved:
-            for i in range(m):
-                k = free[i]
-                if not (image[k, 1] - image[k, 0] < math.inf):
-                    return False
-                slack = MARGIN * (image[k, 1] - image[k, 0]) + 1e-15 * (abs(z[k]) + most)
-                box[k, 0] = image[k, 0] - slack
-                box[k, 1] = image[k, 1] + slack
-        inside = newton.krawczyk(data, rows, free, C, box, image)
-        if not (proved or inside):
-            continue
-        # The zero lies in the box and, once that is proved, in every image.
-        smaller = not proved
-        proved = True
-        for i in range(m):
-            k = free[i]
-            lo, hi = max(box[k, 0], image[k, 0]), min(box[k, 1], image[k, 1])
-            smaller = smaller or hi - lo < REFINED * (box[k, 1] - box[k, 0])
-            box[k, 0] = lo
-            box[k, 1] = hi
-        if not (smaller and ranges):
-            return True
-    return proved
+    z: Floats
+    """(6 + n,) the zero in floats."""
+    data: Floats
+    """(n + 1, 7, 2) the numbers of the model, see ``system.fill_data``."""
+    rows: Floats
+    """(m - n, 6) the combinations of the statics equations."""
+    f: Floats
+    """(m, 2) residuals."""
+    J: Floats
+    """(m, m, 2) their derivatives."""
+    C: Floats
+    """(m, m) about the inverse of these."""
+    lo: Floats
+    """(6 + n,) lower bounds of a cell's equilibria."""
+    hi: Floats
+    """(6 + n,) upper bounds."""
+    trial: Floats
+    """(6 + n, 2) the uniqueness box that is tried."""
 
 
 @njit("f8(f8[:, ::1], f8[:, ::1], f8[::1])", cache=True, nogil=True)
@@ -190,13 +153,16 @@ def widened(box: Any, lo: Any, hi: Any, free: Any, reach: float, size: float, ou
         out[k, 1] = high + grow
 
 
-@njit(cache=True, nogil=True)
-def known(bench: Any, count: int, chart: int, lo: Any, hi: Any) -> bool:
-    """Return True when the box [lo, hi] lies in a known uniqueness box of this chart."""
+@njit("b1(i8[::1], f8[:, :, ::1], i8, i8, f8[::1], f8[::1])", cache=True, nogil=True)
+def known(charts: Any, unique: Any, count: int, chart: int, lo: Any, hi: Any) -> bool:
+    """Return True when the box [lo, hi] (6 + n,) lies in a uniqueness box of this chart.
+
+    The first ``count`` of ``charts`` (r,) and ``unique`` (r, 6 + n, 2) are known.
+    """
     for r in range(count):
-        inside = bench.charts[r] == chart
+        inside = charts[r] == chart
         for k in range(lo.shape[0]):
-            inside = inside and bench.unique[r, k, 0] <= lo[k] and hi[k] <= bench.unique[r, k, 1]
+            inside = inside and unique[r, k, 0] <= lo[k] and hi[k] <= unique[r, k, 1]
         if inside:
             return True
     return False
@@ -216,6 +182,155 @@ def next_halving(halving: int, proved: int, growth: float) -> int:
     while steps < 8 and growth < math.inf and growth > 2.0**steps:
         steps += 1
     return min(halving + steps, LAST_HALVING)
+
+
+@njit("b1(f8[:, ::1])", cache=True, nogil=True)
+def finite(C: Any) -> bool:
+    """Return True when all entries of C (m, m) are finite."""
+    for i in range(C.shape[0]):
+        for j in range(C.shape[1]):
+            if not math.isfinite(C[i, j]):
+                return False
+    return True
+
+
+@njit("void(f8[:, ::1], f8[::1], f8[::1])", cache=True, nogil=True)
+def ends(box: Any, lo: Any, hi: Any) -> None:
+    """Write the lower and the upper bounds (k,) of a box (k, 2)."""
+    for i in range(lo.shape[0]):
+        lo[i] = box[i, 0]
+        hi[i] = box[i, 1]
+
+
+# Inlined, as the next ones: numba takes long to compile a function that takes a whole model, and what calls the
+# enclosures of cells is compiled with them.
+@njit(cache=True, nogil=True, inline="always")
+def seed(model: Any, system: Any, chart: int, leaf: Any, in_position: bool, at: Any) -> None:
+    """Write the pose in the middle of a leaf (width,), tensions that go with it, and the system there."""
+    fill_data(model, chart, at.data)
+    leaf_pose(at.data, model.orders[0], model.planar, leaf, in_position, system.frozen[chart], at.z)
+    for i in range(6, at.z.shape[0]):
+        at.z[i] = 0.0
+    if system.tensions:
+        starting_tensions(at.data, model.size, at.z)
+    for i in range(at.rows.shape[0]):
+        for j in range(6):
+            at.rows[i, j] = system.rows[i, j]
+    if system.rod:
+        across_rod(at.z[:3], at.rows)
+
+
+@njit(cache=True, nogil=True, inline="always")
+def enclosed(system: Any, free: Any, ranges: bool, at: Any, box: Any) -> bool:
+    """Write a box (6 + n, 2) around the zero, in which there is exactly one; False where that is not proved."""
+    if system.rod:
+        across_rod(at.z[:3], at.rows)
+    point(at.z, box)
+    jacobian_over(at.data, at.rows, free, box, at.f, at.J)
+    if not (preconditioner(at.J, at.C) and finite(at.C)):
+        return False
+    if not existence_box(at.data, at.rows, free, at.C, at.z, at.f, ranges, box):
+        return False
+    widest = 0.0
+    for i in range(3):
+        widest = max(widest, box[i, 1] - box[i, 0])
+    return not (system.rod and widest > ROD_WIDTH)
+
+
+@njit(cache=True, nogil=True, inline="always")
+def turn_bounds(model: Any, scratch: Any, cell: Any, at: Any) -> bool:
+    """Enclose (u, p, t) of every equilibrium in a cell in u (width,); False where t is not bounded."""
+    forms, work, cells = scratch
+    return turn.enclose_cell(forms, work, model, cell, ROTATION_ONLY, cells, at.lo, at.hi)
+
+
+@njit(cache=True, nogil=True, inline="always")
+def pose_bounds(model: Any, scratch: Any, cell: Any, at: Any) -> bool:
+    """Enclose (u, p, t) of every equilibrium in a cell in (u, x) (width,); False where t is not bounded."""
+    forms, work, cells = scratch
+    return pose.enclose_cell(forms, work, model, cell, WHOLE_POSE, cells, at.lo, at.hi)
+
+
+@njit(cache=True, nogil=True, inline="always")
+def alone(model: Any, system: Any, bench: Any, chart: int, at: Any, box: Any, unique: Any) -> bool:
+    """Write the largest uniqueness box (6 + n, 2) of a series around a proved box; False where none is proved."""
+    triple, x = np.empty((3, 3)), np.empty(3)
+    turn_cell, pose_cell = np.empty(turn.WIDTH), np.empty(pose.P_WIDTH)
+    triple_at(at.data, model.orders[0], model.planar, at.z[:3], triple)
+    branch = 1.0 if middle_position(box, triple, x) >= 0.0 else -1.0
+    halving, proved = FIRST_HALVING, -1
+    while halving >= 0:
+        reach = LARGEST_REACH * 0.5**halving
+        sides_around(box, system.frozen[chart], reach, turn_cell)
+        turn_cell[turn.CHART], turn_cell[turn.BRANCH] = chart, branch
+        bounded = turn_bounds(model, bench.turn, turn_cell, at)
+        if not bounded:
+            sides_around(box, system.frozen[chart], reach, pose_cell)
+            for i in range(3):
+                pad = 0.0 if i == 1 and model.planar else reach * model.size
+                pose_cell[6 + 2 * i], pose_cell[7 + 2 * i] = x[i] - pad, x[i] + pad
+            pose_cell[pose.P_CHART] = chart
+            bounded = pose_bounds(model, bench.pose, pose_cell, at)
+        ratio = math.inf
+        if bounded:
+            widened(box, at.lo, at.hi, system.free[chart], reach, model.size, at.trial)
+            ratio = growth(at.data, at.rows, system.free[chart], at.C, at.trial)
+        if ratio < 1.0:
+            proved = halving
+            copy(at.trial, unique)
+        halving = next_halving(halving, proved, ratio)
+    return proved >= 0
+
+
+@njit(cache=True, nogil=True, inline="always")
+def sharpest(model: Any, free: Any, ranges: bool, at: Any, box: Any, core: Any) -> None:
+    """Write the box (6 + n, 2) of the zero for one choice of the lengths, to tell roots apart by."""
+    narrower = False
+    if ranges:
+        for i in range(model.n_taut):
+            # Their squares in the middle of the ranges, exactly.
+            at.data[i, 6, 0] = model.lengths_sq[i]
+            at.data[i, 6, 1] = model.lengths_sq[i]
+        point(at.z, core)
+        residual_at(at.data, at.rows, core, at.f)
+        narrower = existence_box(at.data, at.rows, free, at.C, at.z, at.f, False, core)
+    if not narrower:
+        copy(box, core)
+
+
+@njit(cache=True, nogil=True, inline="always")
+def strike_settled(
+    model: Any, bench: Any, count: int, leaves: Any, todo: Any, in_position: bool, at: Any
+) -> None:
+    """Strike off a few leaves those whose equilibria all lie in the uniqueness box of one root known."""
+    chart = pose.P_CHART if in_position else turn.CHART
+    for k in range(leaves.shape[0]):
+        todo[k] = True
+        if leaves.shape[0] > FEW_LEAVES:
+            continue
+        if in_position:
+            bounded = pose_bounds(model, bench.pose, leaves[k], at)
+        else:
+            bounded = turn_bounds(model, bench.turn, leaves[k], at)
+        if bounded and known(bench.charts, bench.unique, count, int(leaves[k, chart]), at.lo, at.hi):
+            todo[k] = False
+
+
+@njit(cache=True, nogil=True, inline="always")
+def workplace(model: Any, system: Any) -> Any:
+    """Return the arrays in which one zero after the other is found."""
+    k, m = 6 + model.n_taut, system.free.shape[1]
+    return Workplace(
+        np.empty(k),
+        np.empty((model.n_taut + 1, 7, 2)),
+        np.empty(system.rows.shape),
+        np.empty((m, 2)),
+        np.empty((m, m, 2)),
+        np.empty((m, m)),
+        np.empty(k),
+        np.empty(k),
+        np.empty((k, 2)),
+    )
 
 
 @njit(cache=True, nogil=True)
@@ -255,17 +370,10 @@ def find_roots(
     """
     chart_column = pose.P_CHART if in_position else turn.CHART
     branch_column = -1 if in_position else turn.BRANCH
-    z = np.empty(6 + model.n_taut)
-    lo, hi = np.empty(z.shape[0]), np.empty(z.shape[0])
-    trial, m = np.empty((z.shape[0], 2)), system.free.shape[1]
-    rows, f = np.empty(system.rows.shape), np.empty((m, 2))
-    J, C = np.empty((m, m, 2)), np.empty((m, m))
-    data, triple, x = np.empty((model.n_taut + 1, 7, 2)), np.empty((3, 3)), np.empty(3)
-    cell, wide_cell = np.empty(turn.WIDTH), np.empty(pose.P_WIDTH)
-    ranges = False
+    at = workplace(model, system)
+    ranges, starts = False, 0
     for i in range(model.n_taut):
         ranges = ranges or model.lengths[i, 1] - model.lengths[i, 0] > ROUNDING * model.lengths[i, 1]
-    starts = 0
     for k in range(first, leaves.shape[0]):
         if not todo[k]:
             continue
@@ -274,102 +382,22 @@ def find_roots(
         starts += 1
         claim(leaves, todo, k, chart_column, branch_column, CLAIM * leaf_size)
         chart = int(leaves[k, chart_column])
-        free, frozen = system.free[chart], system.frozen[chart]
-        newton.fill_data(model, chart, data)
-        leaf_pose(data, model.orders[0], model.planar, leaves[k], in_position, frozen, z)
-        z[6:] = 0.0
-        if system.tensions:
-            starting_tensions(data, model.size, z)
-        for i in range(rows.shape[0]):
-            for j in range(6):
-                rows[i, j] = system.rows[i, j]
-        if system.rod:
-            across_rod(z[:3], rows)
-        if not newton.newton(data, rows, free, z, C, NEWTON_STEPS):
+        free, z = system.free[chart], at.z
+        seed(model, system, chart, leaves[k], in_position, at)
+        if not improve(at.data, at.rows, free, z, at.C, NEWTON_STEPS):
             continue
-        if max(abs(z[0]), abs(z[1]), abs(z[2])) >= FAR_OUT or known(bench, count, chart, z, z):
+        far = max(abs(z[0]), abs(z[1]), abs(z[2])) >= FAR_OUT
+        if far or known(bench.charts, bench.unique, count, chart, z, z):
             continue
-        if system.rod:
-            across_rod(z[:3], rows)
-        box, core, unique = bench.boxes[count], bench.cores[count], bench.unique[count]
-        for i in range(z.shape[0]):
-            box[i, 0] = z[i]
-            box[i, 1] = z[i]
-        newton.jacobian_over(data, rows, free, box, f, J)
-        if not newton.inverse_at(J, C) or not np.isfinite(C).all():
+        box, unique, core = bench.boxes[count], bench.unique[count], bench.cores[count]
+        if not (
+            enclosed(system, free, ranges, at, box) and alone(model, system, bench, chart, at, box, unique)
+        ):
             continue
-        if not existence_box(data, rows, free, C, z, f, ranges, box):
-            continue
-        widest = 0.0
-        for i in range(3):
-            widest = max(widest, box[i, 1] - box[i, 0])
-        if system.rod and widest > ROD_WIDTH:
-            continue
-        triple_at(data, model.orders[0], model.planar, z[:3], triple)
-        branch = 1.0 if middle_position(box, triple, x) >= 0.0 else -1.0
-        halving, proved = FIRST_HALVING, -1
-        while halving >= 0:
-            reach = LARGEST_REACH * 0.5**halving
-            sides_around(box, frozen, reach, cell)
-            cell[turn.CHART], cell[turn.BRANCH] = chart, branch
-            bounded = turn.enclose_cell(
-                bench.turn.forms, bench.turn.work, model, cell, ROTATION_ONLY, bench.turn.cells, lo, hi
-            )
-            if not bounded:
-                sides_around(box, frozen, reach, wide_cell)
-                for i in range(3):
-                    pad = 0.0 if i == 1 and model.planar else reach * model.size
-                    wide_cell[6 + 2 * i], wide_cell[7 + 2 * i] = x[i] - pad, x[i] + pad
-                wide_cell[pose.P_CHART] = chart
-                bounded = pose.enclose_cell(
-                    bench.pose.forms, bench.pose.work, model, wide_cell, WHOLE_POSE, bench.pose.cells, lo, hi
-                )
-            growth = math.inf
-            if bounded:
-                widened(box, lo, hi, free, reach, model.size, trial)
-                growth = newton.growth(data, rows, free, C, trial)
-            if growth < 1.0:
-                proved = halving
-                copy(trial, unique)
-            halving = next_halving(halving, proved, growth)
-        if proved < 0:
-            continue
-        # One choice of the lengths: a smaller box, to tell roots apart by.
-        narrower = False
-        if ranges:
-            for i in range(z.shape[0]):
-                core[i, 0] = z[i]
-                core[i, 1] = z[i]
-            for i in range(model.n_taut):
-                # One choice of the lengths: their squares in the middle of the ranges, exactly.
-                data[i, 6, 0] = model.lengths_sq[i]
-                data[i, 6, 1] = model.lengths_sq[i]
-            newton.residual_at(data, rows, core, f)
-            narrower = existence_box(data, rows, free, C, z, f, False, core)
-        if not narrower:
-            copy(box, core)
-        for i in range(z.shape[0]):
-            lo[i] = core[i, 0]
-            hi[i] = core[i, 1]
-        if not known(bench, count, chart, lo, hi):
+        sharpest(model, free, ranges, at, box, core)
+        ends(core, at.lo, at.hi)
+        if not known(bench.charts, bench.unique, count, chart, at.lo, at.hi):
             bench.charts[count] = chart
             count += 1
-    for k in range(leaves.shape[0]):
-        todo[k] = True
-        if leaves.shape[0] > FEW_LEAVES:
-            continue
-        if in_position:
-            for i in range(wide_cell.shape[0]):
-                wide_cell[i] = leaves[k, i]
-            bounded = pose.enclose_cell(
-                bench.pose.forms, bench.pose.work, model, wide_cell, WHOLE_POSE, bench.pose.cells, lo, hi
-            )
-        else:
-            for i in range(cell.shape[0]):
-                cell[i] = leaves[k, i]
-            bounded = turn.enclose_cell(
-                bench.turn.forms, bench.turn.work, model, cell, ROTATION_ONLY, bench.turn.cells, lo, hi
-            )
-        if bounded and known(bench, count, int(leaves[k, chart_column]), lo, hi):
-            todo[k] = False
+    strike_settled(model, bench, count, leaves, todo, in_position, at)
     return leaves.shape[0], count

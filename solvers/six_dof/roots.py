@@ -17,8 +17,8 @@ from cdpr_interval.mechanics.six_dof.arrays import Model
 from cdpr_interval.mechanics.six_dof.frame import Frame, Pose, centred_cayley, coordinates, half_turn
 from solvers.six_dof import pose_cells as pose
 from solvers.six_dof import rotation_cells as turn
-from solvers.six_dof.cell_kinds import enclose_pose_cell, enclose_turn_cell, form_arrays
-from solvers.six_dof.root_search import MOST_STARTS, Bench, System, find_roots
+from solvers.six_dof.cell_kinds import form_arrays
+from solvers.six_dof.root_search import FEW_LEAVES, MOST_STARTS, Bench, System, find_roots
 from solvers.six_dof.starts import rotation_at
 
 Floats = NDArray[np.float64]
@@ -92,11 +92,6 @@ class Root:
     unique: Floats
     core: Floats
 
-    def holds(self, chart: int, lo: Floats, hi: Floats) -> bool:
-        """Return True when the box [lo, hi] lies in the uniqueness box."""
-        inside = self.chart == chart and np.all(self.unique[:, 0] <= lo) and np.all(hi <= self.unique[:, 1])
-        return bool(inside)
-
     def row(self) -> Floats:
         """Return the uniqueness box as the kernels read it."""
         return np.concatenate([[self.chart], self.unique[:, 0], self.unique[:, 1]])
@@ -133,15 +128,7 @@ class Prover:
             before = [*known, *found]
             bench = self.bench(before)
             first, count = find_roots(
-                self.model,
-                self.system,
-                bench,
-                len(before),
-                leaves,
-                todo,
-                first,
-                in_position,
-                leaf_size,
+                self.model, self.system, bench, len(before), leaves, todo, first, in_position, leaf_size
             )
             for k in range(len(before), count):
                 box, unique, core = bench.boxes[k].copy(), bench.unique[k].copy(), bench.cores[k].copy()
@@ -166,16 +153,12 @@ class Prover:
 
         The search looks before it contracts a cell; here the contracted leaves get a last look.
         """
-        lo, hi = np.empty(6 + self.model.n_taut), np.empty(6 + self.model.n_taut)
-        column = pose.P_CHART if in_position else turn.CHART
-        keep = np.ones(len(cells), dtype=bool)
-        for k, cell in enumerate(cells):
-            if in_position:
-                known = enclose_pose_cell(self.pose_scratch, self.model, cell, lo, hi)
-            else:
-                known = enclose_turn_cell(self.turn_scratch, self.model, cell, lo, hi)
-            keep[k] = not (known and any(r.holds(int(cell[column]), lo, hi) for r in roots))
-        return cells[keep]
+        bench, todo = self.bench(roots), np.zeros(len(cells), dtype=np.bool_)
+        for first in range(0, len(cells), FEW_LEAVES):
+            few = slice(first, first + FEW_LEAVES)
+            # Without a leaf to start from only this last look is left.
+            find_roots(self.model, self.system, bench, len(roots), cells[few], todo[few], 0, in_position, 0.0)
+        return cells[todo]
 
 
 def pose_of(root: Root, frame: Frame) -> Pose:

@@ -22,7 +22,9 @@ from typing import Any
 import numpy as np
 from numba import njit
 
+from cdpr_interval.engine.krawczyk import Tries, correction, growth, inflated, stretched
 from cdpr_interval.kernels import interval, interval_matrix
+from cdpr_interval.kernels.box import accumulate, contains, gather, meet, scatter, spread
 from cdpr_interval.kernels.rounding import down, up
 from cdpr_interval.mechanics.six_dof import system as newton
 
@@ -32,12 +34,10 @@ a taut one may be loose; the tensions are not bounded; there may be more than on
 lengths may not fit in."""
 NEWTON_STEPS = 16
 """The reference is near: more steps mean that the pose has gone."""
-INFLATIONS = 12
-"""Most tries for a box that the Krawczyk operator maps into itself."""
+TRIES = Tries(boxes=12, growth=1.1, kept=0.0)
+"""The enclosure of the derivative stays, so radii may follow their images down as well as up."""
 REFINEMENTS = 3
 """Applications of the operator after that; each takes away most of what the inflation added."""
-GROW = 1.1
-"""What a try adds to the image of the one before."""
 ROUNDING = 1e-15
 """Width of the first box over the largest unknown, at least."""
 WIDEST_TURN = 0.5
@@ -126,23 +126,16 @@ def tensions(data: Any, R: Any, X: Any, size: float, T: Any) -> bool:
                 weight /= size * size
             for j in range(n):
                 lo, hi = interval.scale(weight, W[j, k, 0], W[j, k, 1])
-                newton.accumulate(A, i, j, lo, hi)
+                accumulate(A, i, j, lo, hi)
             if k < 3:
                 lo, hi = interval.scale(-weight, data[n, k, 0], data[n, k, 1])
-                newton.accumulate(A, i, n, lo, hi)
+                accumulate(A, i, n, lo, hi)
     return bool(interval_matrix.solve(A, T))
 
 
-@njit("b1(f8[::1], f8[:, :, ::1], f8[::1], f8[::1])", cache=True, nogil=True)
-def image_radii(offset: Any, E: Any, radius: Any, image: Any) -> bool:
-    """Bound the Krawczyk operator's image of a box around z by ``image`` (m,); True when strictly inside."""
-    inside = True
-    for i in range(offset.shape[0]):
-        image[i] = offset[i]
-        for j in range(offset.shape[0]):
-            image[i] = up(image[i] + up(interval.mag(E[i, j, 0], E[i, j, 1]) * radius[j]))
-        inside = inside and image[i] < radius[i]
-    return inside
+@njit(cache=True, nogil=True)
+def everywhere(context: Any, box: Any, E: Any) -> None:
+    """Leave E (m, m, 2), which encloses I - C J over all of X, as it is for any box (m, 2) in X."""
 
 
 @njit(
@@ -151,55 +144,51 @@ def image_radii(offset: Any, E: Any, radius: Any, image: Any) -> bool:
     nogil=True,
 )
 def box_around(f: Any, E: Any, free: Any, C: Any, z: Any, X: Any, box: Any) -> bool:
-    """Write a box (6 + n, 2) around z that the Krawczyk operator maps strictly into itself, contracted.
+    """Write a box (6 + n, 2) around z (6 + n,) that the Krawczyk operator maps strictly into itself, contracted.
 
-    ``f`` (m, 2) are the residuals at z for every choice of data, ``E`` encloses I - C J over all of X.
+    ``f`` (m, 2) are the residuals at z for every choice of data, ``E`` (m, m, 2) encloses I - C J over all of X
+    (6 + n, 2), with C (m, m).
 
     Guarantee: with True the box lies in X, and for every choice of data it holds exactly one zero, the only
     one in X.
     """
-    m = free.shape[0]
-    offset, radius, image = np.empty(m), np.empty(m), np.empty(m)
-    most = 0.0
-    for k in range(6):
-        most = max(most, abs(z[k]))
+    m, size = free.shape[0], newton.largest(z)
+    x, first, radius, image = np.empty(m), np.empty(m), np.empty(m), np.empty(m)
+    shift, part, room = np.empty((m, 2)), np.empty((m, 2)), np.empty((m, 2))
+    correction(C, f, shift)
     for i in range(m):
-        lo, hi = 0.0, 0.0
-        for k in range(m):
-            a, b = interval.scale(C[i, k], f[k, 0], f[k, 1])
-            lo, hi = interval.add(lo, hi, a, b)
-        offset[i] = interval.mag(lo, hi)
-        radius[i] = GROW * offset[i] + ROUNDING * (abs(z[free[i]]) + most)
-    tries = 1
-    while not image_radii(offset, E, radius, image):
-        if tries == INFLATIONS:
-            return False
-        tries += 1
-        for i in range(m):
-            radius[i] = GROW * image[i]
-    for i in range(m):
-        # E holds for the box only inside X. Also False for NaN.
-        k = free[i]
-        if not (X[k, 0] <= down(z[k] - radius[i]) and up(z[k] + radius[i]) <= X[k, 1]):
-            return False
+        x[i] = z[free[i]]
+        first[i] = interval.mag(shift[i, 0], shift[i, 1])
+        radius[i] = TRIES.growth * first[i] + ROUNDING * (abs(x[i]) + size)
+    if not inflated(everywhere, 0, x, first, TRIES, radius, image, E, part):
+        return False
+    # E holds for the box only inside X. Also False for NaN.
+    gather(X, free, room)
+    if not contains(room, part, m):
+        return False
     for _ in range(REFINEMENTS):
         for i in range(m):
             radius[i] = min(radius[i], image[i])
-        image_radii(offset, E, radius, image)
-    for i in range(m):
-        k = free[i]
-        box[k, 0], box[k, 1] = down(z[k] - radius[i]), up(z[k] + radius[i])
+        stretched(E, radius, first, image)
+    spread(x, radius, part)
+    scatter(part, free, box)
     return True
+
+
+@njit("b1(f8[:, :, ::1], i8[::1], f8[:, ::1])", cache=True, nogil=True)
+def lone(E: Any, free: Any, X: Any) -> bool:
+    """Return True when E (m, m, 2) proves that X (6 + n, 2) holds at most one zero."""
+    room = np.empty((free.shape[0], 2))
+    gather(X, free, room)
+    return growth(E, room) < 1.0
 
 
 @njit("void(f8[:, :, ::1], f8[:, ::1], i8[::1], f8[:, ::1], f8[:, ::1])", cache=True, nogil=True)
 def contract(data: Any, rows: Any, free: Any, C: Any, box: Any) -> None:
-    """Intersect a box with its image under the Krawczyk operator, which holds all its zeros."""
+    """Intersect a box (6 + n, 2) with its image under the Krawczyk operator, which holds all its zeros."""
     image = np.empty(box.shape)
     newton.krawczyk(data, rows, free, C, box, image)
-    for k in range(box.shape[0]):
-        box[k, 0] = max(box[k, 0], image[k, 0])
-        box[k, 1] = min(box[k, 1], image[k, 1])
+    meet(image, box)
 
 
 @njit("b1(f8[::1], f8[:, ::1], f8, f8)", cache=True, nogil=True)
@@ -294,7 +283,7 @@ def track(
     C, E, f = np.empty((m, m)), np.empty((m, m, 2)), np.empty((m, 2))
     for k in range(6 + n):
         root[k] = z[k]
-    if not newton.newton(data, rows, free, root, C, NEWTON_STEPS):
+    if not newton.improve(data, rows, free, root, C, NEWTON_STEPS):
         return NO_ROOT, first, -1
     X, T, R, slopes = np.empty((6 + n, 2)), np.empty((n, 1, 2)), np.empty((3, 3, 2)), np.empty((3, 3, 3, 2))
     for k in range(6 + n):
@@ -327,7 +316,7 @@ def track(
         if box_around(f, E, free, C, root, X, box) and holds(z, box, radius * 0.5**k, size):
             status = TRACKED
             break
-        status = BROAD if newton.stretch(E, free, X) < 1.0 else SEVERAL
+        status = BROAD if lone(E, free, X) else SEVERAL
     for i in range(n):
         if status == TRACKED and lengths[taut[i], 0] < lengths[taut[i], 1]:
             # Where they are ranges the derivative over the box itself gives narrower bounds.

@@ -13,11 +13,14 @@ import numpy as np
 import pytest
 
 from cdpr_interval.engine.budget import Budget
+from cdpr_interval.engine.krawczyk import preconditioner
 from cdpr_interval.exact.enclosure import enclose
 from cdpr_interval.exact.range import Range, RangeVector
 from cdpr_interval.mechanics.six_dof import system as newton
 from cdpr_interval.mechanics.six_dof.arrays import Model, build_model
 from solvers.six_dof import pose_cells as pose
+from solvers.six_dof.cell_kinds import enclose_pose_cell
+from solvers.six_dof.root_search import FEW_LEAVES
 from solvers.six_dof.roots import GENERAL, GEOMETRY, PLANAR, Prover, Root
 from tests.planted_platform import HALF_TURN_SIGNS, Planted, plant, shifted
 
@@ -230,7 +233,7 @@ def setup(prover: Prover, chart: int, z: Any) -> tuple[Any, Any, Any]:
     m = len(free)
     f, J, C = np.empty((m, 2)), np.empty((m, m, 2)), np.empty((m, m))
     newton.jacobian_over(data_of(prover.model, chart), rows, free, np.column_stack([z, z]), f, J)
-    assert newton.inverse_at(J, C)
+    assert preconditioner(J, C)
     return rows, free, C
 
 
@@ -397,16 +400,25 @@ def test_boxes_that_are_not_finite_prove_nothing(n: int) -> None:
             assert not newton.krawczyk(data_of(prover.model, robot.chart), rows, free, C, box, image)
 
 
+def settled(prover: Prover, cell: Any, roots: Sequence[Root]) -> bool:
+    """Return True when all equilibria of a cell lie in the uniqueness box of one root."""
+    lo, hi = np.empty(6 + prover.model.n_taut), np.empty(6 + prover.model.n_taut)
+    if not enclose_pose_cell(prover.pose_scratch, prover.model, cell, lo, hi):
+        return False
+    near = [root.unique for root in roots if root.chart == cell[pose.P_CHART]]
+    return any(bool(np.all(u[:, 0] <= lo) and np.all(hi <= u[:, 1])) for u in near)
+
+
 @pytest.mark.parametrize("n", TAUT[1:])
 def test_only_leaves_that_roots_settle_are_struck_off(n: int) -> None:
-    """Leaves around a planted root, of many sizes: the last look is that of ``unsettled``."""
+    """Leaves around a planted root, of many sizes, more than one call looks at."""
     rng = random.Random(41 + n)
     kept = struck = 0
     for robot in planted(n):
         prover, root = proved_root(robot)
         if root is None:
             continue
-        cells = np.zeros((40, pose.P_WIDTH))
+        cells = np.zeros((2 * FEW_LEAVES + 5, pose.P_WIDTH))
         for cell in cells:
             reach = 10.0 ** rng.uniform(-9.0, -1.0)
             z = [*map(float, robot.u), *map(float, robot.way())]
@@ -415,7 +427,13 @@ def test_only_leaves_that_roots_settle_are_struck_off(n: int) -> None:
                 cell[2 * k], cell[2 * k + 1] = middle - reach, middle + reach
             cell[pose.P_CHART] = robot.chart if rng.random() < 0.8 else (robot.chart + 1) % 4
         found, left = prover.find(cells, 0.0, True, [root], Budget())
-        assert np.array_equal(left, prover.unsettled(cells, [root, *found], True))
+        assert np.array_equal(left, cells)
+        few, left = prover.find(cells[:FEW_LEAVES], 0.0, True, [root], Budget())
+        roots = [root, *few]
+        assert np.array_equal(left, [c for c in cells[:FEW_LEAVES] if not settled(prover, c, roots)])
+        roots = [root, *found]
+        left = prover.unsettled(cells, roots, True)
+        assert np.array_equal(left, [cell for cell in cells if not settled(prover, cell, roots)])
         for cell in left:
             assert any(np.array_equal(cell, other) for other in cells)
         kept, struck = kept + len(left), struck + len(cells) - len(left)

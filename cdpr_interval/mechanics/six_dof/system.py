@@ -1,4 +1,4 @@
-"""The full square system of a taut subset: interval evaluation, float Newton, Krawczyk proof.
+"""The full square system of a taut subset: interval evaluation, and what Newton and Krawczyk need of it.
 
 Unknowns z = (u (3), p (3), t (n)) with t_i = tension_i / l_i; p is the centre of mass in the model's
 base frame. Equations: |e_i|^2 - l_i^2 = 0 (n), then the force and moment sums sum t_i e_i + f and
@@ -12,35 +12,22 @@ plain arrays: numba compiles a function that takes a whole model many times slow
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
 import numpy as np
 from numba import njit
 
+from cdpr_interval.engine.krawczyk import deviation, existence, over, preconditioner
+from cdpr_interval.engine.krawczyk import growth as stretch
+from cdpr_interval.engine.newton import Pace, newton
 from cdpr_interval.kernels import interval
-from cdpr_interval.kernels.dense import solve_in_place
+from cdpr_interval.kernels.box import accumulate, copy, gather, point, scatter
 from cdpr_interval.kernels.rounding import down, up
 
-PERRON_STEPS = 12
-"""Steps of the search for a positive vector that proves a matrix close to the identity regular."""
-PERRON_FLOOR = 1e-3
-"""Share of the vector before that is kept."""
-KEEP_BELOW = 1e-3
-"""Newton step over (1 + |z|) from which on the derivative is kept."""
-SLOW = 0.1
-"""Steps that shrink by less than this ask for a new derivative."""
-GOOD = 0.5
-"""Growth that is good enough: no better estimate is sought."""
-BELOW_ONE = 1.0 - 2.0**-53
-"""Largest double below 1."""
-
-
-@njit("void(f8[:, :, ::1], i8, i8, f8, f8)", cache=True, nogil=True)
-def accumulate(out: Any, i: int, j: int, lo: float, hi: float) -> None:
-    """Add [lo, hi] to entry (i, j) of an interval matrix."""
-    out[i, j, 0] = down(out[i, j, 0] + lo)
-    out[i, j, 1] = up(out[i, j, 1] + hi)
+PACE = Pace(converged=1e-14, stalled=1e-10, fresh=1e-3, slow=0.1, lost=1e6)
+"""Newton's steps; unknowns lie near 1, in units near the platform's own."""
+CONVERGED = 1e-9
+"""Length of the last step at which its root is one, though the steps ended before they were short enough."""
 
 
 @njit("void(f8[:, ::1], f8[:, :, ::1], f8[:, :, :, ::1])", cache=True, nogil=True)
@@ -257,78 +244,72 @@ def residual_at(data: Any, rows: Any, z: Any, out: Any) -> None:
     keep(n, rows, f, out)
 
 
-@njit("b1(f8[:, :, ::1], f8[:, ::1])", cache=True, nogil=True)
-def inverse_at(J: Any, C: Any) -> bool:
-    """Write the float inverse of the middle of J (m, m, 2) to C (m, m)."""
-    m = J.shape[0]
-    a = np.zeros((m, 2 * m))
-    for i in range(m):
-        for j in range(m):
-            a[i, j] = 0.5 * (J[i, j, 0] + J[i, j, 1])
-        a[i, m + i] = 1.0
-    if not solve_in_place(a, m, m):
-        return False
-    for i in range(m):
-        for j in range(m):
-            C[i, j] = a[i, m + j]
-    return True
+@njit(cache=True, nogil=True)
+def residual(context: Any, part: Any, f: Any) -> None:
+    """Enclose the reduced equations over a box of the free unknowns, see `cdpr_interval.engine.krawczyk`.
+
+    Parameters
+    ----------
+    context
+        ``(data, rows, free, C, z)``: (n + 1, 7, 2), (m - n, 6), (m,), (m, m), (6 + n, 2); z holds the unknowns
+        that are fixed, and is scratch for the others.
+    part, f : (m, 2)
+        The box, and the equations.
+    """
+    data, rows, free, _, z = context
+    scatter(part, free, z)
+    residual_at(data, rows, z, f)
+
+
+@njit(cache=True, nogil=True)
+def deviate(context: Any, part: Any, E: Any) -> None:
+    """Enclose I - C J in E (m, m, 2) over a box (m, 2) of the free unknowns; context as ``residual``."""
+    data, rows, free, C, z = context
+    scatter(part, free, z)
+    krawczyk_matrix(data, rows, free, C, z, E)
+
+
+@njit(cache=True, nogil=True)
+def linearise(context: Any, part: Any, f: Any, C: Any) -> bool:
+    """Write residuals f (m, 2) and inverse C (m, m) at ``part`` (m, 2), see `cdpr_interval.engine.newton`."""
+    data, rows, free, _, z = context
+    J = np.empty((free.shape[0], free.shape[0], 2))
+    scatter(part, free, z)
+    jacobian_over(data, rows, free, z, f, J)
+    return preconditioner(J, C)
 
 
 @njit("b1(f8[:, :, ::1], f8[:, ::1], i8[::1], f8[::1], f8[:, ::1], i8)", cache=True, nogil=True)
-def newton(data: Any, rows: Any, free: Any, z: Any, C: Any, steps: int) -> bool:
-    """Improve z (6 + n,) by Newton steps in floats; True when it converged.
+def improve(data: Any, rows: Any, free: Any, z: Any, C: Any, steps: int) -> bool:
+    """Improve the free unknowns of z (6 + n,) by Newton steps in floats; True when they converged.
 
-    Near the root the derivative is kept, which costs a third and converges as fast as the steps are small;
-    ``C`` (m, m) is left as the inverse of the last one.
+    ``C`` (m, m) is left as the inverse of the last derivative.
     """
-    m = free.shape[0]
-    box = np.empty((z.shape[0], 2))
-    J = np.empty((m, m, 2))
-    f = np.empty((m, 2))
-    last, fresh = math.inf, True
-    for _ in range(steps):
-        for k in range(z.shape[0]):
-            box[k, 0] = z[k]
-            box[k, 1] = z[k]
-        if fresh:
-            jacobian_over(data, rows, free, box, f, J)
-            if not inverse_at(J, C):
-                return False
-        else:
-            residual_at(data, rows, box, f)
-        step = 0.0
-        for i in range(m):
-            change = 0.0
-            for j in range(m):
-                change += C[i, j] * (0.5 * (f[j, 0] + f[j, 1]))
-            z[free[i]] -= change
-            step = max(step, abs(change) / (1.0 + abs(z[free[i]])))
-        if not step < 1e6:
-            return False
-        if step < 1e-14 or (step < 1e-10 and step >= last):
-            return True
-        fresh = step > KEEP_BELOW or step > SLOW * last
-        last = step
-    return last < 1e-9
+    whole, x = np.empty((z.shape[0], 2)), np.empty(free.shape[0])
+    point(z, whole)
+    for i in range(free.shape[0]):
+        x[i] = z[free[i]]
+    last = newton(linearise, residual, (data, rows, free, C, whole), x, C, steps, PACE)
+    for i in range(free.shape[0]):
+        z[free[i]] = x[i]
+    return last < CONVERGED
 
 
 @njit(
     "void(f8[:, :, ::1], f8[:, ::1], i8[::1], f8[:, ::1], f8[:, ::1], f8[:, :, ::1])", cache=True, nogil=True
 )
 def krawczyk_matrix(data: Any, rows: Any, free: Any, C: Any, z: Any, out: Any) -> None:
-    """Enclose I - C J(z) in out (m, m, 2)."""
+    """Enclose I - C J(z) in out (m, m, 2) over the box z (6 + n, 2)."""
     m = free.shape[0]
     J, f = np.empty((m, m, 2)), np.empty((m, 2))
     jacobian_over(data, rows, free, z, f, J)
-    for i in range(m):
-        for j in range(m):
-            lo = 1.0 if i == j else 0.0
-            hi = lo
-            for k in range(m):
-                a, b = interval.scale(C[i, k], J[k, j, 0], J[k, j, 1])
-                lo, hi = interval.sub(lo, hi, a, b)
-            out[i, j, 0] = lo
-            out[i, j, 1] = hi
+    deviation(C, J, out)
+
+
+@njit(cache=True, nogil=True)
+def apply(context: Any, part: Any, image: Any) -> bool:
+    """Apply the Krawczyk operator to a box (m, 2) of the free unknowns; context as ``residual``."""
+    return over(residual, deviate, context, context[3], part, image)
 
 
 @njit("b1(f8[:, :, ::1], f8[:, ::1], i8[::1], f8[:, ::1], f8[:, ::1], f8[:, ::1])", cache=True, nogil=True)
@@ -337,90 +318,60 @@ def krawczyk(data: Any, rows: Any, free: Any, C: Any, z: Any, image: Any) -> boo
 
     Guarantee: True proves that for every choice of the data in their enclosures (lengths in
     their ranges included) the box holds exactly one zero of the reduced square system, and that
-    it lies in ``image``. (R. Krawczyk 1969; R. E. Moore 1977; S. M. Rump, Acta Numerica 2010, thm 13.2.)
-    The middle is a point box inside z, and the derivative enclosure is that of z itself.
+    it lies in ``image`` (6 + n, 2). Fixed unknowns keep their (exact, zero-width) values in both.
     """
-    m = free.shape[0]
-    middle = np.empty_like(z)
-    for k in range(z.shape[0]):
-        x = interval.mid(z[k, 0], z[k, 1])
-        middle[k, 0] = x
-        middle[k, 1] = x
-        image[k, 0] = z[k, 0]
-        image[k, 1] = z[k, 1]
-    # Fixed unknowns keep their (exact, zero-width) values in both.
-    f = np.empty((m, 2))
-    residual_at(data, rows, middle, f)
-    E = np.empty((m, m, 2))
-    krawczyk_matrix(data, rows, free, C, z, E)
-    inside = True
-    for i in range(m):
-        x = middle[free[i], 0]
-        lo, hi = x, x
-        for k in range(m):
-            a, b = interval.scale(C[i, k], f[k, 0], f[k, 1])
-            lo, hi = interval.sub(lo, hi, a, b)
-        for j in range(m):
-            y = middle[free[j], 0]
-            d0, d1 = interval.sub(z[free[j], 0], z[free[j], 1], y, y)
-            a, b = interval.mul(E[i, j, 0], E[i, j, 1], d0, d1)
-            lo, hi = interval.add(lo, hi, a, b)
-        image[free[i], 0] = lo
-        image[free[i], 1] = hi
-        if not (z[free[i], 0] < lo and hi < z[free[i], 1]):
-            inside = False
+    whole, part, inner = np.empty(z.shape), np.empty((free.shape[0], 2)), np.empty((free.shape[0], 2))
+    copy(z, whole)
+    copy(z, image)
+    gather(z, free, part)
+    inside = apply((data, rows, free, C, whole), part, inner)
+    scatter(inner, free, image)
     return inside
 
 
-@njit("f8(f8[:, :, ::1], i8[::1], f8[:, ::1])", cache=True, nogil=True)
-def stretch(E: Any, free: Any, z: Any) -> float:
-    """Return how much |E| stretches a positive vector: below 1 only with a proof for E (m, m, 2).
+@njit("f8(f8[::1])", cache=True, nogil=True)
+def largest(z: Any) -> float:
+    """Return the largest coordinate of the pose of z (>= 6,): unknowns near 0 are off by its rounding."""
+    most = 0.0
+    for k in range(6):
+        most = max(most, abs(z[k]))
+    return most
 
-    The vector comes from power iteration, started at the half widths of the box z; the value estimates the
-    spectral radius of |E| from above.
+
+@njit(
+    "b1(f8[:, :, ::1], f8[:, ::1], i8[::1], f8[:, ::1], f8[::1], f8[:, ::1], b1, f8[:, ::1])",
+    cache=True,
+    nogil=True,
+)
+def existence_box(data: Any, rows: Any, free: Any, C: Any, z: Any, f: Any, ranges: bool, box: Any) -> bool:
+    """Grow a box around z (6 + n,) until the Krawczyk operator maps it strictly into itself, and contract it.
+
+    ``f`` (m, 2) are the residuals at z; without ``ranges`` of the data, only rounding is left after one step.
+
+    Guarantee: where True is returned, ``box`` (6 + n, 2) holds exactly one zero for every choice of data.
     """
-    m = free.shape[0]
-    v = np.empty(m)
-    image = np.empty(m)
-    for i in range(m):
-        v[i] = up(z[free[i], 1] - z[free[i], 0]) + 1e-300
-    best = math.inf
-    for _ in range(PERRON_STEPS):
-        smaller = True
-        ratio, largest = 0.0, 0.0
-        for i in range(m):
-            total = 0.0
-            for j in range(m):
-                total = up(total + up(interval.mag(E[i, j, 0], E[i, j, 1]) * v[j]))
-            image[i] = total
-            if not v[i] > 0.0:
-                return best
-            smaller = smaller and total < v[i]
-            ratio = max(ratio, total / v[i])
-            largest = max(largest, total)
-        if not largest < math.inf:
-            return math.inf
-        best = min(best, min(ratio, BELOW_ONE) if smaller else max(ratio, 1.0))
-        if not largest > 0.0 or best < GOOD:
-            return best
-        for i in range(m):
-            # The floor keeps v positive and the comparison strict where a row of E vanishes.
-            v[i] = image[i] / largest + PERRON_FLOOR * v[i]
-    return best
+    whole, part, x = np.empty(box.shape), np.empty((free.shape[0], 2)), np.empty(free.shape[0])
+    point(z, box)
+    point(z, whole)
+    for i in range(free.shape[0]):
+        x[i] = z[free[i]]
+    proved = existence(apply, (data, rows, free, C, whole), C, x, f, largest(z), ranges, part)
+    scatter(part, free, box)
+    return proved
 
 
 @njit("f8(f8[:, :, ::1], f8[:, ::1], i8[::1], f8[:, ::1], f8[:, ::1])", cache=True, nogil=True)
 def growth(data: Any, rows: Any, free: Any, C: Any, z: Any) -> float:
     """Return how much |I - C J(z)| stretches a positive vector: below 1 only with a proof.
 
-    Guarantee: a value below 1 proves that the square system has at most one zero in the box z, for every
-    choice of data. Proof: |I - C J(z)| v < v for one v > 0 shows that every matrix in C J(z) is regular; two
-    zeros would differ by a kernel vector of one of them (mean value theorem, row by row).
+    Guarantee: a value below 1 proves that the square system has at most one zero in the box z (6 + n, 2), for
+    every choice of data.
     """
     m = free.shape[0]
-    E = np.empty((m, m, 2))
+    E, part = np.empty((m, m, 2)), np.empty((m, 2))
     krawczyk_matrix(data, rows, free, C, z, E)
-    return float(stretch(E, free, z))
+    gather(z, free, part)
+    return float(stretch(E, part))
 
 
 def regular(data: Any, rows: Any, free: Any, C: Any, z: Any) -> bool:
