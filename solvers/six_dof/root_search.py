@@ -15,11 +15,11 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from cdpr_interval.kernels.second_order import ROTATION_ONLY, WHOLE_POSE
+from cdpr_interval.engine.scratch import Scratch
 from cdpr_interval.mechanics.six_dof import system as newton
 from solvers.six_dof import pose_cells as pose
 from solvers.six_dof import rotation_cells as turn
-from solvers.six_dof.cell_kinds import Scratch
+from solvers.six_dof.columns import POSE_COLUMNS, ROTATION_COLUMNS
 from solvers.six_dof.starts import across_rod, claim, leaf_pose, starting_tensions, triple_at
 
 Floats = NDArray[np.float64]
@@ -227,7 +227,7 @@ def find_roots(
     leaves: Any,
     todo: Any,
     first: int,
-    in_position: bool,
+    columns: Any,
     leaf_size: float,
 ) -> tuple[int, int]:
     """Start Newton from leaves spread over each cluster and prove what it finds.
@@ -241,6 +241,8 @@ def find_roots(
         be searched: leaves whose equilibria do not all lie in one root's uniqueness box.
     first
         The leaf to go on with.
+    columns
+        The leaves' ``Columns``.
 
     Returns
     -------
@@ -253,15 +255,14 @@ def find_roots(
     Each root appended is proved: for every choice of data exactly one zero in its box, none other in its
     uniqueness box, and it is not one of the roots known before.
     """
-    chart_column = pose.P_CHART if in_position else turn.CHART
-    branch_column = -1 if in_position else turn.BRANCH
+    in_position = columns.variables > 3
     z = np.empty(6 + model.n_taut)
     lo, hi = np.empty(z.shape[0]), np.empty(z.shape[0])
     trial, m = np.empty((z.shape[0], 2)), system.free.shape[1]
     rows, f = np.empty(system.rows.shape), np.empty((m, 2))
     J, C = np.empty((m, m, 2)), np.empty((m, m))
     data, triple, x = np.empty((model.n_taut + 1, 7, 2)), np.empty((3, 3)), np.empty(3)
-    cell, wide_cell = np.empty(turn.WIDTH), np.empty(pose.P_WIDTH)
+    cell, wide_cell = np.empty(ROTATION_COLUMNS.width), np.empty(POSE_COLUMNS.width)
     ranges = False
     for i in range(model.n_taut):
         ranges = ranges or model.lengths[i, 1] - model.lengths[i, 0] > ROUNDING * model.lengths[i, 1]
@@ -272,8 +273,8 @@ def find_roots(
         if starts == MOST_STARTS:
             return k, count
         starts += 1
-        claim(leaves, todo, k, chart_column, branch_column, CLAIM * leaf_size)
-        chart = int(leaves[k, chart_column])
+        claim(leaves, todo, k, columns.chart, columns.branch, CLAIM * leaf_size)
+        chart = int(leaves[k, columns.chart])
         free, frozen = system.free[chart], system.frozen[chart]
         newton.fill_data(model, chart, data)
         leaf_pose(data, model.orders[0], model.planar, leaves[k], in_position, frozen, z)
@@ -311,19 +312,15 @@ def find_roots(
         while halving >= 0:
             reach = LARGEST_REACH * 0.5**halving
             sides_around(box, frozen, reach, cell)
-            cell[turn.CHART], cell[turn.BRANCH] = chart, branch
-            bounded = turn.enclose_cell(
-                bench.turn.forms, bench.turn.work, model, cell, ROTATION_ONLY, bench.turn.cells, lo, hi
-            )
+            cell[ROTATION_COLUMNS.chart], cell[ROTATION_COLUMNS.branch] = chart, branch
+            bounded = turn.enclose_cell(bench.turn, model, cell, lo, hi)
             if not bounded:
                 sides_around(box, frozen, reach, wide_cell)
                 for i in range(3):
                     pad = 0.0 if i == 1 and model.planar else reach * model.size
                     wide_cell[6 + 2 * i], wide_cell[7 + 2 * i] = x[i] - pad, x[i] + pad
-                wide_cell[pose.P_CHART] = chart
-                bounded = pose.enclose_cell(
-                    bench.pose.forms, bench.pose.work, model, wide_cell, WHOLE_POSE, bench.pose.cells, lo, hi
-                )
+                wide_cell[POSE_COLUMNS.chart] = chart
+                bounded = pose.enclose_cell(bench.pose, model, wide_cell, lo, hi)
             growth = math.inf
             if bounded:
                 widened(box, lo, hi, free, reach, model.size, trial)
@@ -361,15 +358,11 @@ def find_roots(
         if in_position:
             for i in range(wide_cell.shape[0]):
                 wide_cell[i] = leaves[k, i]
-            bounded = pose.enclose_cell(
-                bench.pose.forms, bench.pose.work, model, wide_cell, WHOLE_POSE, bench.pose.cells, lo, hi
-            )
+            bounded = pose.enclose_cell(bench.pose, model, wide_cell, lo, hi)
         else:
             for i in range(cell.shape[0]):
                 cell[i] = leaves[k, i]
-            bounded = turn.enclose_cell(
-                bench.turn.forms, bench.turn.work, model, cell, ROTATION_ONLY, bench.turn.cells, lo, hi
-            )
-        if bounded and known(bench, count, int(leaves[k, chart_column]), lo, hi):
+            bounded = turn.enclose_cell(bench.turn, model, cell, lo, hi)
+        if bounded and known(bench, count, int(leaves[k, columns.chart]), lo, hi):
             todo[k] = False
     return leaves.shape[0], count

@@ -16,7 +16,8 @@ from cdpr_interval.engine.budget import Budget
 from cdpr_interval.exact.enclosure import enclose
 from cdpr_interval.mechanics.six_dof import system as newton
 from cdpr_interval.mechanics.six_dof.arrays import Model, Range, RangeVector, build_model
-from solvers.six_dof import pose_cells as pose
+from solvers.six_dof.cell_kinds import POSE_CELLS
+from solvers.six_dof.columns import POSE_COLUMNS
 from solvers.six_dof.roots import GENERAL, GEOMETRY, PLANAR, Prover, Root
 from tests.planted_platform import HALF_TURN_SIGNS, Planted, plant, shifted
 
@@ -405,16 +406,16 @@ def test_only_leaves_that_roots_settle_are_struck_off(n: int) -> None:
         prover, root = proved_root(robot)
         if root is None:
             continue
-        cells = np.zeros((40, pose.P_WIDTH))
+        cells = np.zeros((40, POSE_COLUMNS.width))
         for cell in cells:
             reach = 10.0 ** rng.uniform(-9.0, -1.0)
             z = [*map(float, robot.u), *map(float, robot.way())]
             for k, x in enumerate(z):
                 middle = x + reach * rng.uniform(-2.0, 2.0) * rng.choice([0.0, 1.0])
                 cell[2 * k], cell[2 * k + 1] = middle - reach, middle + reach
-            cell[pose.P_CHART] = robot.chart if rng.random() < 0.8 else (robot.chart + 1) % 4
-        found, left = prover.find(cells, 0.0, True, [root], Budget())
-        assert np.array_equal(left, prover.unsettled(cells, [root, *found], True))
+            cell[POSE_COLUMNS.chart] = robot.chart if rng.random() < 0.8 else (robot.chart + 1) % 4
+        found, left = prover.find(cells, 0.0, POSE_CELLS, [root], Budget())
+        assert np.array_equal(left, prover.unsettled(cells, [root, *found], POSE_CELLS))
         for cell in left:
             assert any(np.array_equal(cell, other) for other in cells)
         kept, struck = kept + len(left), struck + len(cells) - len(left)
