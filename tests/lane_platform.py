@@ -6,6 +6,7 @@ from typing import Any
 
 from numba import njit
 
+from cdpr_interval.engine import batch_cells as lanes
 from cdpr_interval.engine import contraction as elimination
 from cdpr_interval.mechanics.six_dof import balance as statics
 from cdpr_interval.mechanics.six_dof import geometry as forms
@@ -13,7 +14,7 @@ from solvers.six_dof import bounds
 from solvers.six_dof import branch as branches
 from tests.lane_calls import binary, get, put
 
-maximum = binary(statics.maximum)[0]
+maximum = binary(lanes.maximum)[0]
 
 
 @njit
@@ -51,7 +52,7 @@ def blank(F: Any, row: int, keep: Any, S: Any) -> None:
 
 @njit
 def covers(W: Any, flags: Any, needed: Any) -> bool:
-    return bool(statics.covers(W, get(flags), get(needed)))
+    return bool(lanes.covers(W, get(flags), get(needed)))
 
 
 @njit
@@ -65,8 +66,8 @@ def limit_tensions(F: Any, W: Any, n: int, rank: int, S: Any) -> Any:
 
 
 @njit
-def tension_bounds(F: Any, W: Any, n: int, out: int, S: Any) -> Any:
-    return put(statics.tension_bounds(F, W, n, out, S))
+def tension_bounds(F: Any, W: Any, n: int, S: Any) -> Any:
+    return put(statics.tension_bounds(F, W, n, S))
 
 
 @njit

@@ -11,23 +11,28 @@ from typing import Any
 import numpy as np
 
 from cdpr_interval.engine import batch_cells as platform_batch
+from cdpr_interval.engine import rows as engine_rows
+from cdpr_interval.engine.scratch import Scratch
 from cdpr_interval.exact.enclosure import enclose
 from cdpr_interval.kernels.lanes import LANES
 from cdpr_interval.kernels.second_order import ROTATION_ONLY, WHOLE_POSE, Symbols, width
 from cdpr_interval.mechanics.six_dof import geometry as platform_polynomials
+from cdpr_interval.mechanics.six_dof import rows as platform_rows
 from solvers.six_dof import bounds as platform_bounds
 from solvers.six_dof import branch as platform_branch
 from solvers.six_dof import pose_cells as platform_pose
 from solvers.six_dof import rotation_cells as platform_turn
+from solvers.six_dof.cell_kinds import Context
+from solvers.six_dof.columns import POSE_COLUMNS, ROTATION_COLUMNS
 from tests import lane_calls as calls
 from tests import lane_platform as platform
 from tests.exact_rows import Point, polynomial
 from tests.kernel_callers import Callers
 from tests.planted_platform import Planted, Vector
 
-forms = Callers(platform_polynomials)
-pose = Callers(platform_pose, platform_bounds, platform_batch)
-turn = Callers(platform_turn, platform_bounds, platform_branch, platform_batch)
+forms = Callers(platform_polynomials, platform_rows, engine_rows)
+pose = Callers(platform_pose, platform_bounds, platform_batch, engine_rows, platform_rows)
+turn = Callers(platform_turn, platform_bounds, platform_branch, platform_batch, engine_rows, platform_rows)
 
 
 @dataclass(frozen=True)
@@ -60,20 +65,20 @@ def u_box(rng: random.Random, robot: Planted, reach: float) -> list[float]:
 
 def turn_cell(rng: random.Random, robot: Planted, reach: float, branch: int = 0) -> Any:
     """Return a cell in u that holds the planted equilibrium."""
-    cell = np.zeros(turn.WIDTH)
+    cell = np.zeros(ROTATION_COLUMNS.width)
     cell[:6] = u_box(rng, robot, reach)
-    cell[turn.CHART], cell[turn.BRANCH], cell[turn.SHARE] = robot.chart, branch, 1.0
+    cell[turn.CHART], cell[turn.BRANCH], cell[ROTATION_COLUMNS.share] = robot.chart, branch, 1.0
     return cell
 
 
 def pose_cell(rng: random.Random, robot: Planted, reach: float) -> Any:
     """Return a (u, x) cell that holds the planted equilibrium."""
-    cell = np.zeros(pose.P_WIDTH)
+    cell = np.zeros(POSE_COLUMNS.width)
     cell[:6] = u_box(rng, robot, reach)
     for k, x in enumerate(robot.way()):
         thin = robot.model.planar and k == 1
         cell[6 + 2 * k : 8 + 2 * k] = around(rng, x, 0.0 if thin else reach)
-    cell[pose.P_CHART], cell[pose.P_SHARE] = robot.chart, 1.0
+    cell[POSE_COLUMNS.chart], cell[POSE_COLUMNS.share] = robot.chart, 1.0
     return cell
 
 
@@ -104,8 +109,8 @@ class Batch:
     def __init__(self, S: Symbols, cells: Sequence[Any], trials: Sequence[Trial | None]) -> None:
         self.S = S
         # Nothing may be read before it was written.
-        self.F = np.full((forms.FORM_ROWS, width(S), LANES), np.nan)
-        self.W = np.full(forms.WORK_SHAPE, np.nan)
+        self.F = np.full((platform_rows.FORMS.height, width(S), LANES), np.nan)
+        self.W = np.full((platform_rows.WORK.height, platform_rows.WORK.columns, LANES), np.nan)
         self.C = np.zeros((1, len(cells[0]), LANES))
         for lane in range(LANES):
             self.C[0, :, lane] = cells[min(lane, len(cells) - 1)]
@@ -217,7 +222,7 @@ def pose_batches(trials: Sequence[Trial]) -> Iterator[Batch]:
     """Write the rows of (u, x) cells."""
     for batch in batches(WHOLE_POSE, trials):
         F, S = batch.F, batch.S
-        forms.rotation_rows(F, batch.C, pose.P_CHART, S)
+        forms.rotation_rows(F, batch.C, POSE_COLUMNS.chart, S)
         forms.triple_rows(F, batch.model, S)
         pose.position_variables(F, batch.C, S)
         forms.wrench_rows(F, batch.model, S)
@@ -234,21 +239,23 @@ class Stepper:
     def __init__(self, search: Any, model: Any, roots: Any = None, leaf_size: float = 1e-9) -> None:
         self.search = search
         S = ROTATION_ONLY if search is turn else WHOLE_POSE
-        self.width = turn.WIDTH if search is turn else pose.P_WIDTH
-        self.F = np.full((forms.FORM_ROWS, width(S), LANES), np.nan)
-        self.W = np.full(forms.WORK_SHAPE, np.nan)
+        columns = ROTATION_COLUMNS if search is turn else POSE_COLUMNS
+        self.width = columns.width
+        self.F = np.full((platform_rows.FORMS.height, width(S), LANES), np.nan)
+        self.W = np.full((platform_rows.WORK.height, platform_rows.WORK.columns, LANES), np.nan)
         self.C = np.full((1, self.width, LANES), np.nan)
         self.states, self.verdicts = np.full((2, LANES), 99)
         self.children = np.full((2 * LANES, self.width), np.nan)
         roots = np.empty((0, 1 + 2 * (6 + model.n_taut))) if roots is None else roots
-        self.context = (model, roots, leaf_size, S, self.F, self.W, self.states)
+        scratch = Scratch(S, self.F, self.W, self.C, self.states, self.verdicts)
+        self.context = Context(model, roots, leaf_size, columns, scratch)
 
     def step(self, cells: Sequence[Any], spare: Any = None) -> list[Verdict]:
         """Process up to ``LANES`` cells; ``spare`` fills the lanes beyond them (default: the last)."""
         for lane in range(LANES):
             last = cells[-1] if spare is None else spare
             self.C[0, :, lane] = cells[lane] if lane < len(cells) else last
-        self.search.process(self.context, self.C, len(cells), self.verdicts, self.children)
+        self.search.process(self.context, len(cells), self.children)
         done: list[Verdict] = []
         for lane in range(len(cells)):
             verdict = int(self.verdicts[lane])

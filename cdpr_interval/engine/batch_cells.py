@@ -1,52 +1,98 @@
-"""The lanes of a batch: what is known of each cell so far, and the children it leaves."""
+"""The lanes of a batch: what is known of each cell so far, and the children it leaves.
+
+Arrays: ``F`` (rows, columns of a form, LANES) forms, ``W`` (rows, columns, LANES) scratch, both with the
+rows of ``engine.rows``; ``C`` (1, width of a cell, LANES) cells; ``states`` (LANES,); ``children`` (2
+LANES, width).
+"""
 
 from __future__ import annotations
 
 from typing import Any
 
-from cdpr_interval.engine.contraction import EMPTY, STUCK, VERDICTS, contract
+from numba import types
+
+from cdpr_interval.engine.contraction import contract
+from cdpr_interval.engine.rows import (
+    COVERED,
+    EMPTY,
+    FLAGS,
+    MARKED,
+    NEEDED,
+    NO_POSITION,
+    OPEN,
+    SMALL,
+    VERDICTS,
+)
 from cdpr_interval.kernels.kernel import kernel
-from cdpr_interval.kernels.lanes import LANES, LaneArray, Lanes, load, store
-from cdpr_interval.kernels.second_order import Forms, Symbols
+from cdpr_interval.kernels.lanes import LANES, LaneArray, Lanes, array3, lanes, load, store, where_less
+from cdpr_interval.kernels.second_order import Forms, Symbols, signatures
 
-SMALL = 1
-"""Leaf kind: the cell is smaller than the leaf size."""
-FLAGS = 53
-"""Row of W whose last places pass what was proved lane by lane."""
-OPEN = STUCK
-"""State of a lane about which nothing is known yet; others are EMPTY and SMALLER (its own child)."""
-WIDE = 5
-"""State of a lane too wide to be contracted."""
-NO_POSITION, NO_LENGTH, NOT_SLACK, UNBALANCED, SETTLED, UNLOADED = range(16, 22)
-"""States of lanes proved empty, by reason: the triple's spheres have no common point, a taut cable's length
-cannot hold, another cable would be too long, no tensions balance the load, all is in one root's box, only
-cables at the centre of mass have tension (these poses are a smaller subset's)."""
+STATES = types.Array(types.int64, 1, "C")
 
 
-@kernel()
+@kernel("b1(i8)")
 def is_empty(state: int) -> bool:
     """Return True for the states of lanes that hold no equilibrium but those of known roots."""
     return state == EMPTY or state >= NO_POSITION
 
 
-@kernel()
+@kernel(lanes(lanes, lanes))
+def maximum(a: Lanes, b: Lanes) -> Lanes:
+    """Return the larger one; ``b`` where one is NaN."""
+    return where_less(b, a, a, b)
+
+
+@kernel(types.boolean(array3, lanes, lanes))
+def covers(W: LaneArray, flags: Lanes, needed: Lanes) -> bool:
+    """Return True when ``flags`` is positive in every lane where ``needed`` is."""
+    store(W, FLAGS, COVERED, where_less(0.0, needed, flags, 1.0))
+    result = True
+    for lane in range(LANES):
+        result = result and W[FLAGS, COVERED, lane] > 0.0
+    return result
+
+
+@kernel(types.boolean(array3, lanes, STATES, types.int64))
 def mark(W: LaneArray, flags: Lanes, states: Any, state: int) -> bool:
     """Give open lanes with flags > 0 a state; return True when a lane is still open."""
-    store(W, FLAGS, 21, flags)
+    store(W, FLAGS, MARKED, flags)
     left = False
     for lane in range(LANES):
-        if states[lane] == OPEN and W[FLAGS, 21, lane] > 0.0:
+        if states[lane] == OPEN and W[FLAGS, MARKED, lane] > 0.0:
             states[lane] = state
         left = left or states[lane] == OPEN
     return left
 
 
-@kernel()
+@kernel(lanes(array3, STATES))
 def open_lanes(W: LaneArray, states: Any) -> Lanes:
     """Return 1 in the open lanes, 0 in the others."""
     for lane in range(LANES):
-        W[FLAGS, 22, lane] = 1.0 if states[lane] == OPEN else 0.0
-    return load(W, FLAGS, 22)
+        W[FLAGS, NEEDED, lane] = 1.0 if states[lane] == OPEN else 0.0
+    return load(W, FLAGS, NEEDED)
+
+
+@kernel(types.void(STATES, types.int64))
+def open_first(states: Any, count: int) -> None:
+    """Open the first ``count`` lanes; the others hold no cell."""
+    for lane in range(LANES):
+        states[lane] = OPEN if lane < count else EMPTY
+
+
+@kernel(types.boolean(STATES))
+def any_open(states: Any) -> bool:
+    """Return True when something is still to be found out of a lane."""
+    left = False
+    for lane in range(LANES):
+        left = left or states[lane] == OPEN
+    return left
+
+
+@kernel()
+def fill_lanes(C: LaneArray, cell: Any) -> None:
+    """Put one cell (width,) in every lane."""
+    for k in range(cell.shape[0]):
+        store(C, 0, k, cell[k])
 
 
 @kernel()
@@ -87,14 +133,14 @@ def halve(C: LaneArray, lane: int, children: Any, lo: int) -> int:
     return 2
 
 
-@kernel()
+@kernel(signatures(types.void, array3, array3, types.int64, types.int64, STATES))
 def contract_open(
     F: Forms, W: LaneArray, C: LaneArray, equations: int, variables: int, states: Any, S: Symbols
 ) -> None:
     """Contract the open lanes; their states become EMPTY or SMALLER, or stay. Others keep their cells."""
     for lane in range(LANES):
         # A lane that counts as empty is left alone.
-        W[VERDICTS, 0, lane] = STUCK if states[lane] == OPEN else EMPTY
+        W[VERDICTS, 0, lane] = OPEN if states[lane] == OPEN else EMPTY
     contract(F, W, C, equations, variables, S)
     for lane in range(LANES):
         if states[lane] == OPEN:

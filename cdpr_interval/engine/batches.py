@@ -1,11 +1,12 @@
 """The inner loop of branch and prune for problems that look at ``LANES`` cells at once; see ``depth_first``.
 
-A problem gives ``process(context, cells, count, verdicts, children)``:
+A problem gives ``process(context, count, children)``, which reads and writes ``context.scratch``:
 
 * ``cells`` (1, width, LANES): the batch, one column of a cell a row of lanes; it may be overwritten. Lanes
   from ``count`` on repeat the last cell and their verdicts are not read.
 * ``verdicts`` (LANES,): for every lane 0, the number of children (1 or 2), or minus the kind of a leaf.
-* ``children`` (2 LANES, width): those of lane j in the rows 2 j, 2 j + 1; a leaf in row 2 j.
+
+It writes to ``children`` (2 LANES, width) those of lane j in the rows 2 j, 2 j + 1; a leaf in row 2 j.
 
 What becomes of a cell must not depend on its neighbours; then the set of leaves is the same for any
 order and any number of threads.
@@ -28,8 +29,6 @@ CHILDREN = 2
 def batches(
     process: Any,
     context: Any,
-    cells: Any,
-    verdicts: Any,
     stack: Any,
     count: int,
     leaves: Any,
@@ -42,9 +41,7 @@ def batches(
     Parameters
     ----------
     process, context
-        The problem, see above.
-    cells : (1, width, LANES), verdicts : (LANES,)
-        Scratch.
+        The problem, see above; ``context.scratch`` is a ``Scratch``.
     stack : (capacity, width)
         Cells; rows ``0 .. count - 1`` are pending on entry and on return.
     leaves, kinds : (m, width), (m,)
@@ -61,6 +58,7 @@ def batches(
     """
     n_leaves = 0
     done = 0
+    cells, verdicts = context.scratch.cells, context.scratch.verdicts
     width = stack.shape[1]
     room = stack.shape[0] - CHILDREN * LANES
     while 0 < count <= room and done < cell_limit and n_leaves + LANES <= leaves.shape[0]:
@@ -71,7 +69,7 @@ def batches(
             row = count + min(lane, batch - 1)
             for k in range(width):
                 cells[0, k, lane] = stack[row, k]
-        process(context, cells, batch, verdicts, children)
+        process(context, batch, children)
         for lane in range(batch):
             verdict = verdicts[lane]
             row = CHILDREN * lane

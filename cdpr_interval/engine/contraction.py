@@ -1,15 +1,36 @@
 """Forms that vanish at every solution of a cell: solved for symbols, added to others, used to shrink it.
 
-The rows EQUATION.. hold such forms (lengths of taut cables, statics). Solved by Gauss-Jordan for as many
-symbols as they fix (the rows PIVOT..), they can be added to any other form in any multiple without
-changing its value at a solution: that takes the fixed symbols out of it, as if the position had been
-eliminated, and needs no proof but the sum itself.
+The rows EQUATION.. hold such forms. Solved by Gauss-Jordan for as many symbols as they fix (the rows
+PIVOT..), they can be added to any other form in any multiple without changing its value at a solution: that
+takes the fixed symbols out of it, as if they had been eliminated, and needs no proof but the sum itself.
+
+Arrays: ``F`` (rows, columns of a form, LANES) forms, ``W`` (rows, columns, LANES) scratch, both with the
+rows of ``engine.rows``; ``C`` (1, width of a cell, LANES) cells, one column of a cell a row of lanes; ``S``
+the symbols.
 """
 
 from __future__ import annotations
 
 from numba import types
 
+from cdpr_interval.engine.rows import (
+    CUT,
+    EMPTY,
+    EQUATION,
+    FLAGS,
+    HIGH,
+    LOW,
+    MARKED,
+    MOST_PIVOTS,
+    PIVOT,
+    PIVOTS,
+    SCRATCH,
+    SMALLER,
+    SYSTEM,
+    TABLEAU,
+    VERDICTS,
+    WEIGHTS,
+)
 from cdpr_interval.kernels.dense import solve_definite
 from cdpr_interval.kernels.kernel import kernel
 from cdpr_interval.kernels.lanes import LANES, LaneArray, Lanes, array3, lanes, load, splat, store, where_less
@@ -24,23 +45,11 @@ from cdpr_interval.kernels.second_order import (
     signatures,
     widen,
 )
-from cdpr_interval.mechanics.six_dof.geometry import EQUATION, PIVOT, SCRATCH
 
-EMPTY, STUCK, SMALLER = 0, 1, 2
-"""What a contraction did to a cell; SMALLER means it is worth another look before bisecting."""
 WORTH = 0.6
 """A contraction counts as SMALLER when one variable keeps at most this share of its width."""
 LEAST_PIVOT = 1e-3
 """Least pivot, relative to its row, that is taken: a smaller one would only spread noise."""
-PIVOTS = 30
-"""Row of W that holds the symbol of each pivot; -1 where a lane has fewer."""
-TABLEAU = 31
-"""First of six rows of W for the Gauss-Jordan elimination: symbols, then multipliers of the equations."""
-WEIGHTS = 37
-"""Row of W that holds the weights of the equations, where they are useful."""
-MOST_PIVOTS = 6
-VERDICTS = 48
-"""Row of W whose first place holds what was done to the cells; set it to STUCK before."""
 
 
 @kernel(signatures(lanes, types.int64))
@@ -63,6 +72,13 @@ def usefulness(F: Forms, i: int, S: Symbols) -> Lanes:
         most = where_less(most, slope, slope, most)
     useful = where_less(noise(F, i, S), most, 1.0 / most, 0.0)
     return where_less(1e-100, most, where_less(most, 1e100, useful, 0.0), 0.0)
+
+
+@kernel(signatures(lanes, types.int64))
+def cannot_vanish(F: Forms, i: int, S: Symbols) -> Lanes:
+    """Return 1 where a row is zero nowhere in the cell, else 0."""
+    below, above = bounds(F, i, S)
+    return where_less(0.0, below, 1.0, where_less(above, 0.0, splat(1.0), 0.0))
 
 
 @kernel("b1(f8[:, :, ::1], i8, i8)")
@@ -236,12 +252,12 @@ def cut_pivots(F: Forms, W: LaneArray, C: LaneArray, rank: int, S: Symbols) -> N
     for s in range(rank):
         scale(F, SCRATCH, PIVOT + s, splat(1.0), S)
         low, high = rest_bounds(F, load(W, PIVOTS, s), S)
-        store(W, 0, 0, low)
-        store(W, 0, 1, high)
+        store(W, CUT, LOW, low)
+        store(W, CUT, HIGH, high)
         for lane in range(LANES):
             symbol = int(W[PIVOTS, s, lane])
             if symbol >= 0:
-                cut_symbol(W, C, lane, symbol, W[0, 0, lane], W[0, 1, lane])
+                cut_symbol(W, C, lane, symbol, W[CUT, LOW, lane], W[CUT, HIGH, lane])
 
 
 @kernel(signatures(types.void, array3, array3, types.int64, types.int64))
@@ -254,14 +270,13 @@ def contract(F: Forms, W: LaneArray, C: LaneArray, count: int, variables: int, S
     fold its slopes are small and it would get no weight.
     """
     for e in range(count):
-        below, above = bounds(F, EQUATION + e, S)
-        store(W, WEIGHTS, 22, where_less(0.0, below, 1.0, where_less(above, 0.0, splat(1.0), 0.0)))
+        store(W, FLAGS, MARKED, cannot_vanish(F, EQUATION + e, S))
         for lane in range(LANES):
-            if W[WEIGHTS, 22, lane] > 0.0:
+            if W[FLAGS, MARKED, lane] > 0.0:
                 W[VERDICTS, 0, lane] = EMPTY
     for k in range(variables):
         for m in range(variables):
-            store(W, k, m, 0.0)
+            store(W, SYSTEM + k, m, 0.0)
     for e in range(count):
         row = EQUATION + e
         useful = usefulness(F, row, S)
@@ -269,20 +284,21 @@ def contract(F: Forms, W: LaneArray, C: LaneArray, count: int, variables: int, S
         for k in range(variables):
             for m in range(variables):
                 term = load(F, row, 1 + k) * load(F, row, 1 + m) * load(W, WEIGHTS, e)
-                store(W, k, m, load(W, k, m) + term)
+                store(W, SYSTEM + k, m, load(W, SYSTEM + k, m) + term)
     for k in range(variables):
         # A variable without width stays out of the way.
         lone = where_less(load(C, 0, 2 * k), load(C, 0, 2 * k + 1), 0.0, 1.0)
-        store(W, k, k, load(W, k, k) + lone)
+        store(W, SYSTEM + k, k, load(W, SYSTEM + k, k) + lone)
         for e in range(count):
-            store(W, k, variables + e, load(F, EQUATION + e, 1 + k) * load(W, WEIGHTS, e))
-    solve_definite(W, variables, count)
+            right = load(F, EQUATION + e, 1 + k) * load(W, WEIGHTS, e)
+            store(W, SYSTEM + k, variables + e, right)
+    solve_definite(W, SYSTEM, variables, count)
     for k in range(variables):
         constant(F, SCRATCH, splat(0.0), splat(0.0), S)
         for e in range(count):
-            add_scaled(F, SCRATCH, EQUATION + e, load(W, k, variables + e), S)
+            add_scaled(F, SCRATCH, EQUATION + e, load(W, SYSTEM + k, variables + e), S)
         low, high = rest_bounds(F, splat(float(k)), S)
-        store(W, WEIGHTS, 22, low)
-        store(W, WEIGHTS, 23, high)
+        store(W, CUT, LOW, low)
+        store(W, CUT, HIGH, high)
         for lane in range(LANES):
-            cut_symbol(W, C, lane, k, W[WEIGHTS, 22, lane], W[WEIGHTS, 23, lane])
+            cut_symbol(W, C, lane, k, W[CUT, LOW, lane], W[CUT, HIGH, lane])

@@ -51,23 +51,25 @@ def solve_in_place(a: Any, n: int, columns: int) -> bool:
     return True
 
 
-@kernel(types.void(array3, types.int64, types.int64))
-def solve_definite(a: LaneArray, n: int, columns: int) -> None:
+@kernel(types.void(array3, types.int64, types.int64, types.int64))
+def solve_definite(a: LaneArray, first: int, n: int, columns: int) -> None:
     """Solve a small positive definite system in every lane, by Gauss-Jordan elimination without pivoting.
 
     Parameters
     ----------
-    a : (>= n, >= n + columns, LANES)
-        The matrix, with the right-hand sides in columns ``n .. n + columns - 1``; overwritten, the
-        solutions end up in those columns: infinite or NaN where the matrix is singular.
+    a : (>= first + n, >= n + columns, LANES)
+        The matrix in the n rows from ``first``, with the right-hand sides in columns
+        ``n .. n + columns - 1``; overwritten, the solutions end up in those columns: infinite or NaN where
+        the matrix is singular.
     """
     width = n + columns
     for k in range(n):
-        inverse = 1.0 / load(a, k, k)
+        row = first + k
+        inverse = 1.0 / load(a, row, k)
         for j in range(k + 1, width):
-            store(a, k, j, inverse * load(a, k, j))
-        for i in range(n):
-            if i != k:
+            store(a, row, j, inverse * load(a, row, j))
+        for i in range(first, first + n):
+            if i != row:
                 f = load(a, i, k)
                 for j in range(k + 1, width):
-                    store(a, i, j, load(a, i, j) - f * load(a, k, j))
+                    store(a, i, j, load(a, i, j) - f * load(a, row, j))

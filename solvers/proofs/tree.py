@@ -17,9 +17,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from cdpr_interval.engine.batch_cells import NO_LENGTH, NO_POSITION, NOT_SLACK, OPEN, UNBALANCED
-from cdpr_interval.kernels.lanes import LANES
-from cdpr_interval.kernels.second_order import ROTATION_ONLY, WHOLE_POSE
+from cdpr_interval.engine.rows import BOTH, NO_LENGTH, NO_POSITION, NOT_SLACK, OPEN, UNBALANCED, UNSMOOTH
 from certificates.arithmetic import guess
 from certificates.arithmetic.forms import box_forms, value
 from certificates.balance import unbalanced
@@ -35,12 +33,11 @@ from certificates.search import Root as Claimed
 from certificates.search import Search
 from certificates.tree import Cell, Leaf, Node
 from certificates.verdicts import NotProved
-from solvers.six_dof import pose_cells as pose
-from solvers.six_dof import rotation_cells as turn
-from solvers.six_dof.cell_kinds import form_arrays
+from solvers.six_dof.cell_kinds import ROTATION_CELLS
 from solvers.six_dof.reasons import look_turn
 from solvers.six_dof.reduction import Reduced
 from solvers.six_dof.roots import Root
+from solvers.six_dof.rotation_cells import FOLD_WIDTH
 from solvers.six_dof.starts import rotation_at
 
 Floats = NDArray[np.float64]
@@ -75,9 +72,6 @@ class Recorder:
         order = [setting.taut[k] for k in reduced.model.orders[0]]
         charts = [None if setting.frozen(chart) is None else UNKNOWN for chart in range(4)]
         self.search = Search(question, setting, {"order": order, "roots": [], "trees": charts}, len(listed))
-        self.turn_scratch = form_arrays(ROTATION_ONLY, turn.WIDTH)
-        self.pose_scratch = form_arrays(WHOLE_POSE, pose.P_WIDTH)
-        self.states = np.zeros(LANES, dtype=np.int64)
         self.y, self.place = np.zeros(6), np.zeros((3, 2))
         self.unit = 1.0 / float(self.search.platform.per_unit)
 
@@ -147,9 +141,7 @@ class Recorder:
     def turned(self, cell: Cell) -> tuple[bytes, Sequence[Cell]]:
         """Return a cell of u's node, and the cells below."""
         row = np.array([*np.ravel(cell.bounds), cell.chart, cell.side, 0.0])
-        state = look_turn(
-            self.model, ROTATION_ONLY, *self.scratch(self.turn_scratch), self.states, row, self.y, self.place
-        )
+        state = look_turn(ROTATION_CELLS.scratch(), self.model, row, self.y, self.place)
         widest = max(hi - lo for lo, hi in cell.bounds)
         if state == NOT_SLACK:
             cable = self.too_long(cell)
@@ -159,14 +151,14 @@ class Recorder:
             if widest >= DOUBTFUL or confirmed(self.search, found, cell):
                 return leaf(found.node, found.data), ()
             return self.split(cell)
-        if state == turn.BOTH:
+        if state == BOTH:
             return bytes([Node.SIDES]), [Cell(cell.chart, cell.bounds, side) for side in (1, -1)]
         if self.setting.planar:
             self.place[1] = 0.0
         place = [(lo, hi) for lo, hi in self.place.tolist()]
         if state == OPEN and self.is_settled(cell.chart, [*cell.bounds, *place]):
             return leaf(Node.ROOT), ()
-        if state == turn.UNSMOOTH and widest <= turn.FOLD_WIDTH:
+        if state == UNSMOOTH and widest <= FOLD_WIDTH:
             most = self.search.reach
             x = [(0.0, 0.0) if k == 1 and self.setting.planar else (-most, most) for k in range(3)]
             return bytes([Node.HAND_ON]), [Cell(cell.chart, (*cell.bounds, *x))]
@@ -187,10 +179,6 @@ class Recorder:
             if confirmed(self.search, Leaf(cell, Node.TOO_LONG, (cable,)), cell):
                 return cable
         return None
-
-    def scratch(self, arrays: Any) -> tuple[Any, Any, Any]:
-        """Return the arrays of a look."""
-        return arrays.forms, arrays.work, arrays.cells
 
     def is_settled(self, chart: int, bounds: Sequence[tuple[float, float]]) -> bool:
         """Return True where a box of (u, x) lies in a root's box."""

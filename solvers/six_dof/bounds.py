@@ -1,30 +1,32 @@
-"""Bounds of position and tensions over cells, the roots that settle a cell, cables too long to be slack."""
+"""Bounds of position and tensions over cells, the roots that settle a cell, cables too long to be slack.
+
+Arrays: ``F`` (rows, columns of a form, LANES) forms, ``W`` (rows, columns, LANES) scratch, both with the
+rows of ``engine.rows`` and ``mechanics.six_dof.rows``; ``C`` (1, width of a cell, LANES) cells, ``states``
+(LANES,) of them; ``S`` the forms' symbols; ``model`` is an ``arrays.Model``; ``roots`` (m, 1 + 2 (6 + n))
+holds chart, lo and hi of the uniqueness boxes of roots, ``lo, hi`` (6 + n,) bounds of (u, p, t).
+"""
 
 from __future__ import annotations
 
 from typing import Any
 
-from cdpr_interval.engine.batch_cells import FLAGS, OPEN, SETTLED
+from cdpr_interval.engine.batch_cells import covers, maximum
+from cdpr_interval.engine.rows import BOUNDED, FLAGS, OPEN, SCRATCH, SETTLED
 from cdpr_interval.kernels.kernel import kernel
 from cdpr_interval.kernels.lanes import LANES, LaneArray, Lanes, load, splat, store, where_less
 from cdpr_interval.kernels.rounding import down_lanes, inflate_lanes, up_lanes
 from cdpr_interval.kernels.second_order import Forms, Symbols, bounds, combine2
-from cdpr_interval.mechanics.six_dof.balance import covers, maximum, tension_bounds
-from cdpr_interval.mechanics.six_dof.geometry import (
+from cdpr_interval.mechanics.six_dof.balance import tension_bounds
+from cdpr_interval.mechanics.six_dof.geometry import cable_rows, length_row, wrench_rows
+from cdpr_interval.mechanics.six_dof.rows import (
+    BOUNDS,
     MOST_TAUT,
     ROOT_ARM,
     SCALE,
-    SCRATCH,
     SLACK_CABLE,
+    TENSIONS,
     WRENCH,
-    cable_rows,
-    length_row,
 )
-
-BOUNDS = 49
-"""Two rows of W with bounds: of p (places 0..2), then of t in the cell's order (from 0)."""
-TENSIONS = 51
-"""Two rows of W with bounds of t."""
 
 
 @kernel()
@@ -81,7 +83,7 @@ def solution_bounds(F: Forms, W: LaneArray, model: Any, S: Symbols) -> Lanes:
     """
     position_bounds(F, W, model, S)
     if model.n_taut < MOST_TAUT:
-        return tension_bounds(F, W, model.n_taut, TENSIONS, S)
+        return tension_bounds(F, W, model.n_taut, S)
     for i in range(MOST_TAUT):
         store(W, TENSIONS, i, 0.0)
         store(W, TENSIONS + 1, i, 0.0)
@@ -97,6 +99,22 @@ def read_bounds(W: LaneArray, C: LaneArray, lane: int, model: Any, lo: Any, hi: 
     for j in range(lo.shape[0] - 6):
         i = model.orders[0, j]
         lo[6 + i], hi[6 + i] = W[TENSIONS, j, lane], W[TENSIONS + 1, j, lane]
+
+
+@kernel()
+def bound_cell(F: Forms, W: LaneArray, model: Any, C: LaneArray, lo: Any, hi: Any, S: Symbols) -> Lanes:
+    """Write the first lane's bounds of (u, p, t), or of (u, p) where ``lo, hi`` have six entries.
+
+    Returns 1 where all of them are bounded. Needs the blocks and x.
+    """
+    wrench_rows(F, model, S)
+    bounded = splat(1.0)
+    if lo.shape[0] == 6:
+        position_bounds(F, W, model, S)
+    else:
+        bounded = solution_bounds(F, W, model, S)
+    read_bounds(W, C, 0, model, lo, hi)
+    return bounded
 
 
 @kernel()
@@ -125,9 +143,9 @@ def settled(
             if states[lane] != OPEN or not near_root(roots, k, C, lane, chart, size):
                 continue
             if not bounded:
-                store(W, FLAGS, 20, solution_bounds(F, W, model, S))
+                store(W, FLAGS, BOUNDED, solution_bounds(F, W, model, S))
                 bounded = True
-            inside = W[FLAGS, 20, lane] > 0.0
+            inside = W[FLAGS, BOUNDED, lane] > 0.0
             for c in range(3):
                 inside = inside and roots[k, 4 + c] <= W[BOUNDS, c, lane]
                 inside = inside and W[BOUNDS + 1, c, lane] <= roots[k, 4 + size + c]

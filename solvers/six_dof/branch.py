@@ -2,6 +2,10 @@
 
 The three spheres of a triple leave two positions for a rotation, mirrored at the plane of their centres: the
 sign of sigma = x . (d_2 x d_3) tells them apart. Over a small enough cell each branch is smooth in u.
+
+Arrays: ``F`` (rows, columns of a form, LANES) forms, ``W`` (rows, columns, LANES) scratch, both with the
+rows of ``engine.rows`` and ``mechanics.six_dof.rows``; ``S`` the forms' symbols; ``model`` is an
+``arrays.Model``. ``third`` is the first row of the block of the triple's third equation.
 """
 
 from __future__ import annotations
@@ -11,6 +15,8 @@ from typing import Any
 
 from numba import types
 
+from cdpr_interval.engine.batch_cells import maximum
+from cdpr_interval.engine.rows import SCRATCH
 from cdpr_interval.kernels.kernel import kernel
 from cdpr_interval.kernels.lanes import LaneArray, Lanes, array3, lanes, load, root, splat, store, where_less
 from cdpr_interval.kernels.rounding import down_lanes, inflate_lanes, up_lanes
@@ -30,33 +36,28 @@ from cdpr_interval.kernels.second_order import (
     signatures,
     widen,
 )
-from cdpr_interval.mechanics.six_dof.balance import maximum
-from cdpr_interval.mechanics.six_dof.geometry import (
-    BLOCK,
-    CABLE,
+from cdpr_interval.mechanics.six_dof.geometry import length_row, third_block
+from cdpr_interval.mechanics.six_dof.rows import (
     CENTRE,
+    ERROR_SYMBOL,
+    FOOT,
     NORMAL,
     OFFSET,
     POSITION,
-    SCRATCH,
+    SECOND,
     SIGMA,
+    TRIPLE,
+    TRIPLE_INVERSE,
     U_SYMBOLS,
-    length_row,
-    third_block,
+    UNIT_NORMAL,
 )
 
-SECOND = CABLE + BLOCK
-"""Block of the second cable of the triple."""
-SPOT = 6
-"""Row of W with x at the centre (0..2), the unit normal of the centres' plane (3..5)."""
-ERROR_SYMBOL = 3
-"""The symbol that carries the error of x along the normal."""
 INT = types.int64
 
 
 @kernel(lanes(array3, array3, INT, lanes))
 def centre_position(F: Forms, W: LaneArray, third: int, length_sq: Lanes) -> Lanes:
-    """Write the foot of x at the cells' centres and the unit normal to W[SPOT]; return the height's square.
+    """Write the foot of x at the cells' centres and the unit normal to W; return the height's square.
 
     NaN or infinite where the centres lie on one line.
     """
@@ -70,36 +71,36 @@ def centre_position(F: Forms, W: LaneArray, third: int, length_sq: Lanes) -> Lan
     x1 = k2 * (b2 * m0 - b0 * m2) + k3 * (m2 * a0 - m0 * a2)
     x2 = k2 * (b0 * m1 - b1 * m0) + k3 * (m0 * a1 - m1 * a0)
     norm = root(mm)
-    store(W, SPOT, 0, x0)
-    store(W, SPOT, 1, x1)
-    store(W, SPOT, 2, x2)
-    store(W, SPOT, 3, m0 / norm)
-    store(W, SPOT, 4, m1 / norm)
-    store(W, SPOT, 5, m2 / norm)
+    store(W, FOOT, 0, x0)
+    store(W, FOOT, 1, x1)
+    store(W, FOOT, 2, x2)
+    store(W, UNIT_NORMAL, 0, m0 / norm)
+    store(W, UNIT_NORMAL, 1, m1 / norm)
+    store(W, UNIT_NORMAL, 2, m2 / norm)
     return length_sq - (x0 * x0 + x1 * x1 + x2 * x2)
 
 
 @kernel(types.void(array3, array3, INT))
 def invert_triple(F: Forms, W: LaneArray, third: int) -> None:
-    """Write the inverse of the matrix with rows d_2, d_3, x (of the centre) to W[0..2], places 3..5."""
+    """Write the inverse of the matrix with rows d_2, d_3, x (of the centre) to TRIPLE_INVERSE.."""
     for k in range(3):
-        store(W, 0, k, load(F, SECOND + CENTRE + k, 0))
-        store(W, 1, k, load(F, third + CENTRE + k, 0))
-        store(W, 2, k, load(W, SPOT, k))
+        store(W, TRIPLE, k, load(F, SECOND + CENTRE + k, 0))
+        store(W, TRIPLE + 1, k, load(F, third + CENTRE + k, 0))
+        store(W, TRIPLE + 2, k, load(W, FOOT, k))
     determinant = splat(0.0)
     for column in range(3):
         # The inverse's columns are the cross products of the other two rows over the determinant.
-        a, b = (column + 1) % 3, (column + 2) % 3
+        a, b = TRIPLE + (column + 1) % 3, TRIPLE + (column + 2) % 3
         for k in range(3):
             i, j = (k + 1) % 3, (k + 2) % 3
             entry = load(W, a, i) * load(W, b, j) - load(W, a, j) * load(W, b, i)
-            store(W, k, 3 + column, entry)
+            store(W, TRIPLE_INVERSE + k, column, entry)
             if column == 0:
-                determinant += load(W, 0, k) * entry
+                determinant += load(W, TRIPLE, k) * entry
     inverse = 1.0 / determinant
     for k in range(3):
         for column in range(3):
-            store(W, k, 3 + column, inverse * load(W, k, 3 + column))
+            store(W, TRIPLE_INVERSE + k, column, inverse * load(W, TRIPLE_INVERSE + k, column))
 
 
 @kernel(types.void(array3, array3, INT, INT, INT, INT))
@@ -123,12 +124,14 @@ def taylor_term(F: Forms, W: LaneArray, third: int, column: int, a: int, b: int)
             else:
                 r2 -= 0.5 * load(F, x, a) * load(F, x, a)
     for k in range(3):
-        store(F, POSITION + k, column, load(W, k, 3) * r0 + load(W, k, 4) * r1 + load(W, k, 5) * r2)
+        row = TRIPLE_INVERSE + k
+        entry = load(W, row, 0) * r0 + load(W, row, 1) * r1 + load(W, row, 2) * r2
+        store(F, POSITION + k, column, entry)
 
 
 @kernel(signatures(types.void, array3, INT))
 def approximate_position(F: Forms, W: LaneArray, third: int, S: Symbols) -> None:
-    """Write x~ to POSITION: the second-order Taylor polynomial of the branch through W[SPOT]; no error.
+    """Write x~ to POSITION: the second-order Taylor polynomial of the branch through W[FOOT]; no error.
 
     Its coefficients are not finite where the branch has none.
     """
@@ -136,7 +139,7 @@ def approximate_position(F: Forms, W: LaneArray, third: int, S: Symbols) -> None
     Q = 1 + K + K * (K + 1) // 2
     invert_triple(F, W, third)
     for k in range(3):
-        constant(F, POSITION + k, load(W, SPOT, k), splat(0.0), S)
+        constant(F, POSITION + k, load(W, FOOT, k), splat(0.0), S)
     q = 1 + 2 * K
     for a in range(U_SYMBOLS):
         taylor_term(F, W, third, 1 + a, -1, -1)
@@ -192,7 +195,7 @@ def position_rows(
     store(F, SCRATCH, 0, load(F, SCRATCH, 0) - square)
     widen(F, SCRATCH, inflate_lanes(splat(square_err), abs(load(F, SCRATCH, 0)) + square, 4.0), S)
     rho1 = largest(F, SCRATCH, S)
-    normal = load(W, SPOT, 3), load(W, SPOT, 4), load(W, SPOT, 5)
+    normal = load(W, UNIT_NORMAL, 0), load(W, UNIT_NORMAL, 1), load(W, UNIT_NORMAL, 2)
     # |m| from below: m . n, with |n| <= 1 up to rounding.
     combine3(F, SCRATCH, NORMAL, normal[0], normal[1], normal[2], zero, S)
     least, most = bounds(F, SCRATCH, S)
@@ -262,6 +265,6 @@ def on_branch(F: Forms, W: LaneArray, model: Any, branch: Lanes, S: Symbols) -> 
     height_sq = centre_position(F, W, third, splat(square))
     h = root(maximum(height_sq, splat(0.0))) * branch
     for k in range(3):
-        store(W, SPOT, k, load(W, SPOT, k) + h * load(W, SPOT, 3 + k))
+        store(W, FOOT, k, load(W, FOOT, k) + h * load(W, UNIT_NORMAL, k))
     proved = position_rows(F, W, third, square, square_err, branch, S)
     return where_less(0.0, height_sq, proved, 0.0)

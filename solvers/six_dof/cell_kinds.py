@@ -1,48 +1,80 @@
-"""The scratch arrays of one thread, and the kernels that enclose a single cell called with them."""
+"""The two kinds of cells of the search as data: in u alone, and in (u, x)."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from cdpr_interval.engine.per_thread import per_thread
-from cdpr_interval.kernels.lanes import LANES
-from cdpr_interval.kernels.second_order import ROTATION_ONLY, WHOLE_POSE, Symbols, width
+from cdpr_interval.engine.scratch import Scratch, new_scratch
+from cdpr_interval.engine.search import Run
+from cdpr_interval.kernels.second_order import ROTATION_ONLY, WHOLE_POSE, Symbols
 from cdpr_interval.mechanics.six_dof.arrays import Model
-from cdpr_interval.mechanics.six_dof.geometry import FORM_ROWS, WORK_SHAPE
-from solvers.six_dof import pose_cells as pose
-from solvers.six_dof import rotation_cells as turn
+from cdpr_interval.mechanics.six_dof.rows import FORMS, WORK
+from solvers.six_dof import pose_cells, rotation_cells
+from solvers.six_dof.columns import POSE_COLUMNS, ROTATION_COLUMNS, Columns
 
 Floats = NDArray[np.float64]
 
 
-class Scratch(NamedTuple):
-    """Arrays that a kernel fills for a batch of cells; only one thread may use them at a time."""
+class Context(NamedTuple):
+    """What a compiled search looks at cells with."""
 
-    forms: Floats
-    """(FORM_ROWS, width of a form, LANES)."""
-    work: Floats
-    """WORK_SHAPE."""
-    cells: Floats
-    """(1, width of a cell, LANES)."""
+    model: Model
+    roots: Floats
+    """(m, 1 + 2 (6 + n)) chart, lo and hi of the uniqueness boxes of the roots known."""
+    leaf_size: float
+    columns: Columns
+    scratch: Scratch
+
+
+@dataclass(frozen=True, eq=False)
+class CellKind:
+    """A kind of cells: what their columns mean, and the kernels that look at them."""
+
+    columns: Columns
+    symbols: Symbols
+    enclose_cell: Callable[..., bool]
+    """``enclose_cell(scratch, model, cell, lo, hi)``, compiled."""
+    run_cells: Callable[..., tuple[int, int, int]]
+    """``run_cells(context, stack, ...)``, compiled; see ``engine.search.Run``."""
+
+    def scratch(self) -> Scratch:
+        """Return the thread's scratch for these cells; only one search may use it at a time."""
+        return scratch_of(self)
+
+    def enclose(self, model: Model, cell: Floats, lo: Floats, hi: Floats) -> bool:
+        """Enclose (u, p, t) of every equilibrium of the taut cables in a cell; False where that fails.
+
+        Parameters
+        ----------
+        cell : (width,)
+        lo, hi : (6 + n,) or (6,)
+            Written; with six entries only the pose.
+        """
+        return bool(self.enclose_cell(self.scratch(), model, cell, lo, hi))
+
+    def run(self, model: Model, roots: Floats, leaf_size: float) -> Run:
+        """Bind the compiled search to its data and one thread's scratch; see ``Context``."""
+        context = Context(model, roots, leaf_size, self.columns, self.scratch())
+
+        def run(*stack: object) -> tuple[int, int, int]:
+            return self.run_cells(context, *stack)
+
+        return run
 
 
 @per_thread
-def form_arrays(symbols: Symbols, cell_width: int) -> Scratch:
-    """Return a thread's scratch for cells of ``cell_width`` columns on these symbols."""
-    forms = np.zeros((FORM_ROWS, width(symbols), LANES))
-    return Scratch(forms, np.zeros(WORK_SHAPE), np.zeros((1, cell_width, LANES)))
+def scratch_of(kind: CellKind) -> Scratch:
+    """Return a thread's scratch for a kind of cells."""
+    return new_scratch(FORMS, WORK, kind.symbols, kind.columns.width)
 
 
-def enclose_turn_cell(scratch: Scratch, model: Model, cell: Floats, lo: Floats, hi: Floats) -> bool:
-    """Enclose (u, p, t) of every equilibrium in a cell in u; see ``rotation_cells.enclose_cell``."""
-    forms, work, cells = scratch
-    return bool(turn.enclose_cell(forms, work, model, cell, ROTATION_ONLY, cells, lo, hi))
-
-
-def enclose_pose_cell(scratch: Scratch, model: Model, cell: Floats, lo: Floats, hi: Floats) -> bool:
-    """Enclose (u, p, t) of every equilibrium in a cell in (u, x); see ``pose_cells.enclose_cell``."""
-    forms, work, cells = scratch
-    return bool(pose.enclose_cell(forms, work, model, cell, WHOLE_POSE, cells, lo, hi))
+ROTATION_CELLS = CellKind(ROTATION_COLUMNS, ROTATION_ONLY, rotation_cells.enclose_cell, rotation_cells.run)
+"""Cells in u, on one branch of the position or on both."""
+POSE_CELLS = CellKind(POSE_COLUMNS, WHOLE_POSE, pose_cells.enclose_cell, pose_cells.run)
+"""Cells in (u, x)."""

@@ -6,12 +6,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cdpr_interval.exact import balls
-from cdpr_interval.kernels.second_order import ROTATION_ONLY, WHOLE_POSE
 from cdpr_interval.mechanics.six_dof.frame import Pose, centred_cayley, half_turn
 from solvers.answers.data import Undecided
 from solvers.questions.problem import Problem
-from solvers.six_dof import pose_cells, rotation_cells
-from solvers.six_dof.cell_kinds import enclose_pose_cell, enclose_turn_cell, form_arrays
+from solvers.six_dof.cell_kinds import POSE_CELLS, ROTATION_CELLS, CellKind
 from solvers.six_dof.reduction import Reduced
 from solvers.six_dof.solution import origin
 from solvers.six_dof.subset_search import SubsetSearch
@@ -35,12 +33,9 @@ def clusters(
         count = len(search.undecided) + len(search.undecided_position)
         return [anywhere(problem, taut, search.reason, count)] if count else []
     found = []
-    for cells, chart in (
-        (search.undecided, rotation_cells.CHART),
-        (search.undecided_position, pose_cells.P_CHART),
-    ):
-        for group in connected(cells, chart):
-            found.append(entry(problem, taut, reduced, group, chart, search.reason))
+    for cells, kind in ((search.undecided, ROTATION_CELLS), (search.undecided_position, POSE_CELLS)):
+        for group in connected(cells, kind.columns.chart):
+            found.append(entry(problem, taut, reduced, group, kind, search.reason))
     return found
 
 
@@ -85,15 +80,15 @@ def coarse_buckets(cells: Floats, chart: int) -> NDArray[np.int64]:
 
 
 def entry(
-    problem: Problem, taut: tuple[int, ...], reduced: Reduced, cells: Floats, chart: int, reason: str
+    problem: Problem, taut: tuple[int, ...], reduced: Reduced, cells: Floats, kind: CellKind, reason: str
 ) -> Undecided:
     """Return the undecided entry of one cluster: hulls over its cells."""
     lo, hi = cells[:, 0:6:2].min(axis=0), cells[:, 1:6:2].max(axis=0)
     u = [balls.from_bounds(a, b) for a, b in zip(lo, hi, strict=True)]
     frame = reduced.frame
     back = frame.base.transpose()
-    rotation = back * centred_cayley(u) * half_turn(int(cells[0, chart])) * frame.platform
-    place = position_hull(reduced, cells, chart)
+    rotation = back * centred_cayley(u) * half_turn(int(cells[0, kind.columns.chart])) * frame.platform
+    place = position_hull(reduced, cells, kind)
     if place is None:
         box = reachable_box(problem, taut)
     else:
@@ -104,17 +99,13 @@ def entry(
     return Undecided(taut, len(cells), reason, box, bounds)
 
 
-def position_hull(reduced: Reduced, cells: Floats, chart: int) -> Floats | None:
+def position_hull(reduced: Reduced, cells: Floats, kind: CellKind) -> Floats | None:
     """Return bounds (3, 2) of p over a cluster, model frame; None where a cell does not bound it."""
     model = reduced.model
-    wide = chart == pose_cells.P_CHART
-    symbols = WHOLE_POSE if wide else ROTATION_ONLY
-    enclose = enclose_pose_cell if wide else enclose_turn_cell
-    scratch = form_arrays(symbols, cells.shape[1])
     lo, hi = np.empty(6), np.empty(6)
     best = np.array([[np.inf, -np.inf]] * 3)
     for cell in cells:
-        if not enclose(scratch, model, cell, lo, hi):
+        if not kind.enclose(model, cell, lo, hi):
             return None
         best[:, 0] = np.minimum(best[:, 0], lo[3:6])
         best[:, 1] = np.maximum(best[:, 1], hi[3:6])

@@ -17,8 +17,8 @@ from cdpr_interval.engine.budget import Budget, Stop
 from cdpr_interval.exact import balls
 from cdpr_interval.mechanics.six_dof.families import Kind
 from solvers.questions.problem import Options, Problem
-from solvers.six_dof import pose_cells as pose
-from solvers.six_dof import rotation_cells as turn
+from solvers.six_dof.cell_kinds import POSE_CELLS, ROTATION_CELLS
+from solvers.six_dof.columns import POSE_COLUMNS, ROTATION_COLUMNS
 from solvers.six_dof.prepared import kind_of, lengths_of
 from solvers.six_dof.reduction import Reduced, reduced_problems
 from solvers.six_dof.roots import Prover, Reduction, Root
@@ -82,8 +82,8 @@ class PartFound:
         """Return what such data say."""
         return cls(
             tuple(Root(chart, *(np.array(box) for box in boxes)) for chart, *boxes in data["roots"]),
-            np.array(data["undecided"], dtype=np.float64).reshape(-1, turn.WIDTH),
-            np.array(data["undecided_position"], dtype=np.float64).reshape(-1, pose.P_WIDTH),
+            np.array(data["undecided"], dtype=np.float64).reshape(-1, ROTATION_COLUMNS.width),
+            np.array(data["undecided_position"], dtype=np.float64).reshape(-1, POSE_COLUMNS.width),
             data["reason"],
             data["pending"],
             data["cells"],
@@ -139,16 +139,16 @@ def part_cells(reduction: Reduction, part: Part) -> Floats:
             half[2 * side + end] = middle
             half[-1] *= 0.5
             cells.append(half)
-    return np.array(cells[part.number :: part.of]).reshape(-1, turn.WIDTH)
+    return np.array(cells[part.number :: part.of]).reshape(-1, ROTATION_COLUMNS.width)
 
 
 def put_together(search: SubsetSearch, reduced: Reduced, parts: Sequence[PartFound]) -> None:
     """Let a search have what its parts found."""
     prover = Prover(reduced.model, reduced.reduction)
     search.roots = [root for part in parts for root in part.roots]
-    for name, in_position in (("undecided", False), ("undecided_position", True)):
+    for name, kind in (("undecided", ROTATION_CELLS), ("undecided_position", POSE_CELLS)):
         cells = np.concatenate([getattr(part, name) for part in parts])
-        setattr(search, name, prover.unsettled(cells, search.roots, in_position))
+        setattr(search, name, prover.unsettled(cells, search.roots, kind))
     search.reason = next((part.reason for part in parts if part.reason), "")
     search.pending = sum(part.pending for part in parts)
     search.cells = sum(part.cells for part in parts)

@@ -5,7 +5,7 @@ lengths of the taut cables are solved for as many of the six symbols as they fix
 to what is left and taken out of every other form (``contraction``). It does not matter which
 symbols they are: where centres coincide the rotation is fixed by the position, not the other way round.
 
-A cell is a row ``u (3 x lo, hi), x (3 x lo, hi), chart, share``; x = p + r_1 - A_1 of the pivot.
+Arrays: as in ``cell_tests``; a cell has the columns ``POSE_COLUMNS``.
 """
 
 from __future__ import annotations
@@ -15,65 +15,36 @@ from typing import Any
 from numba import njit, types
 
 from cdpr_interval.engine.batch_cells import (
-    NO_LENGTH,
-    NOT_SLACK,
-    OPEN,
-    SMALL,
-    UNBALANCED,
-    UNLOADED,
-    WIDE,
-    contract_open,
     copy_cell,
+    covers,
+    fill_lanes,
     halve,
     is_empty,
     leaf,
-    mark,
-    open_lanes,
 )
 from cdpr_interval.engine.batches import batches
-from cdpr_interval.engine.contraction import (
-    EMPTY,
-    SMALLER,
-    STUCK,
-    VERDICTS,
-    blank,
-    cut_pivots,
-    is_pivot,
-    shrunk,
-    solve_for_pivots,
-)
+from cdpr_interval.engine.contraction import cut_pivots, is_pivot, shrunk, solve_for_pivots
+from cdpr_interval.engine.rows import EMPTY, EQUATION, NO_LENGTH, OPEN, SMALL, SMALLER, VERDICTS, WIDE
 from cdpr_interval.kernels.kernel import kernel
-from cdpr_interval.kernels.lanes import LANES, LaneArray, array3, load, splat, store, where_less
+from cdpr_interval.kernels.lanes import LANES, LaneArray, array3, load, splat, store
 from cdpr_interval.kernels.rounding import inflate_lanes
-from cdpr_interval.kernels.second_order import Forms, Symbols, bounds, constant, dot3, signatures, widen
-from cdpr_interval.mechanics.six_dof.balance import balance_free, covers, limit_tensions, statics_equations
-from cdpr_interval.mechanics.six_dof.directions import centre_columns
-from cdpr_interval.mechanics.six_dof.geometry import (
-    BLOCK,
-    CABLE,
-    EQUATION,
-    MOST_TAUT,
-    POSITION,
-    length_row,
-    middle_and_radius,
-    rotation_rows,
-    triple_rows,
-    wrench_rows,
+from cdpr_interval.kernels.second_order import Forms, Symbols, constant, dot3, signatures, widen
+from cdpr_interval.mechanics.six_dof.geometry import length_row, middle_and_radius, rotation_rows, triple_rows
+from cdpr_interval.mechanics.six_dof.rows import BEFORE, BLOCK, CABLE, MOVING, POSITION, U_SYMBOLS
+from solvers.six_dof.bounds import bound_cell
+from solvers.six_dof.cell_tests import (
+    exclude_by_balance,
+    exclude_by_length,
+    exclude_by_slack,
+    process_cells,
 )
-from cdpr_interval.mechanics.six_dof.unloaded import unloaded
-from solvers.six_dof.bounds import position_bounds, read_bounds, settled, slack_excluded, solution_bounds
+from solvers.six_dof.columns import POSE_COLUMNS
 
-P_CHART, P_SHARE = 12, 13
-P_WIDTH = 14
-VARIABLES = 6
+CHART, VARIABLES = POSE_COLUMNS.chart, POSE_COLUMNS.variables
 POSITION_WEIGHT = 0.4
 """Weight of x (over the platform's size) against u when bisecting; measured against 0.2 and 1."""
 PIVOT_WEIGHT = 0.5
 """Weight of a variable that the lengths fix: bisecting it only helps where they leave several choices."""
-BEFORE = 45
-"""Row of W that holds the cell before a cut."""
-MOVING = 46
-"""Row of W whose first place is 1 in lanes that are still being cut."""
 CONTRACT_WIDTH = 0.1
 """Weighted width below which a cell that is not excluded is contracted by all equations."""
 CUTS = 3
@@ -88,7 +59,7 @@ def position_variables(F: Forms, C: LaneArray, S: Symbols) -> None:
     for k in range(3):
         m, r = middle_and_radius(load(C, 0, 6 + 2 * k), load(C, 0, 7 + 2 * k))
         constant(F, POSITION + k, m, splat(0.0), S)
-        store(F, POSITION + k, 4 + k, r)
+        store(F, POSITION + k, 1 + U_SYMBOLS + k, r)
         store(F, POSITION + k, Q + 1, r)
 
 
@@ -141,14 +112,12 @@ def cut_by_lengths(F: Forms, W: LaneArray, model: Any, C: LaneArray, states: Any
         position_variables(F, C, S)
         count = length_equations(F, model, S)
         for e in range(count):
-            lo, hi = bounds(F, EQUATION + e, S)
-            outside = where_less(0.0, lo, 1.0, where_less(hi, 0.0, splat(1.0), 0.0))
-            mark(W, outside, states, NO_LENGTH)
+            exclude_by_length(F, W, EQUATION + e, states, S)
         rank = solve_for_pivots(F, W, 0, count, VARIABLES, S)
         for lane in range(LANES):
             moving = W[MOVING, 0, lane] > 0.0 and states[lane] == OPEN
             W[MOVING, 0, lane] = 1.0 if moving else 0.0
-            W[VERDICTS, 0, lane] = STUCK if moving else EMPTY
+            W[VERDICTS, 0, lane] = OPEN if moving else EMPTY
             for k in range(2 * VARIABLES):
                 W[BEFORE, k, lane] = C[0, k, lane]
         cut_pivots(F, W, C, rank, S)
@@ -166,42 +135,17 @@ def cut_by_lengths(F: Forms, W: LaneArray, model: Any, C: LaneArray, states: Any
 
 
 @njit(cache=True, nogil=True)
-def enclose_cell(
-    F: Forms, W: LaneArray, model: Any, cell: Any, S: Symbols, C: LaneArray, lo: Any, hi: Any
-) -> bool:
-    """Enclose (u, p, t) of every equilibrium of the taut cables in a cell; False if t is not bounded.
+def enclose_cell(scratch: Any, model: Any, cell: Any, lo: Any, hi: Any) -> bool:
+    """Enclose (u, p, t) of every equilibrium of the taut cables in one cell (width,); False where that fails.
 
-    ``lo, hi`` : (6 + n,). With ``lo`` of length 6 only the pose.
+    ``scratch`` is a ``Scratch``; ``lo, hi`` : (6 + n,). With ``lo`` of length 6 only the pose.
     """
-    for k in range(cell.shape[0]):
-        store(C, 0, k, cell[k])
-    rotation_rows(F, C, P_CHART, S)
+    S, F, W, C = scratch.symbols, scratch.forms, scratch.work, scratch.cells
+    fill_lanes(C, cell)
+    rotation_rows(F, C, CHART, S)
     triple_rows(F, model, S)
     position_variables(F, C, S)
-    wrench_rows(F, model, S)
-    bounded = splat(1.0)
-    if lo.shape[0] == 6:
-        position_bounds(F, W, model, S)
-    else:
-        bounded = solution_bounds(F, W, model, S)
-    read_bounds(W, C, 0, model, lo, hi)
-    return bool(covers(W, bounded, splat(1.0)))
-
-
-@kernel()
-def newton(F: Forms, W: LaneArray, model: Any, C: LaneArray, rank: int, states: Any, S: Symbols) -> None:
-    """Contract the open lanes by the lengths (already in EQUATION..) and the statics."""
-    n = model.n_taut
-    equations = n
-    if n < MOST_TAUT:
-        centre_columns(F, W, n)
-        limited = limit_tensions(F, W, n, rank, S)
-        # The pivots stay in the equations: the contraction solves for all variables at once.
-        statics_equations(F, W, n, equations, 0, S)
-        for e in range(6 - n):
-            blank(F, EQUATION + n + e, limited, S)
-        equations += 6 - n
-    contract_open(F, W, C, equations, VARIABLES, states, S)
+    return bool(covers(W, bound_cell(F, W, model, C, lo, hi, S), splat(1.0)))
 
 
 @kernel()
@@ -241,76 +185,42 @@ def narrow_lanes(model: Any, C: LaneArray, states: Any) -> bool:
 
 
 @kernel(inline="always")
-def exclude(F: Forms, W: LaneArray, model: Any, C: LaneArray, states: Any, S: Symbols) -> int:
+def exclude(F: Forms, W: LaneArray, model: Any, C: LaneArray, states: Any, S: Symbols) -> tuple[int, int]:
     """Cut the open lanes by the lengths, and give those that hold no equilibrium their states.
 
-    Returns the most pivots of a lane; lanes still OPEN afterwards have all rows written.
+    Returns the number of lengths, in EQUATION.., and the most pivots of a lane; lanes still OPEN afterwards
+    have all rows written.
     """
-    n = model.n_taut
-    rotation_rows(F, C, P_CHART, S)
+    rotation_rows(F, C, CHART, S)
     triple_rows(F, model, S)
     rank = cut_by_lengths(F, W, model, C, states, S)
-    needed = open_lanes(W, states)
-    if not covers(W, splat(-1.0), needed) and model.slack:
-        mark(W, slack_excluded(F, W, model, needed, S), states, NOT_SLACK)
-    needed = open_lanes(W, states)
-    if covers(W, splat(-1.0), needed):
+    if not exclude_by_slack(F, W, model, states, S):
+        return 0, 0
+    if not exclude_by_balance(F, W, model, rank, states, S):
+        return 0, 0
+    return model.n_taut, rank
+
+
+@kernel()
+def verdict(context: Any, lane: int, children: Any) -> int:
+    """Write a lane's children or leaf; see ``engine.batches``."""
+    C, state = context.scratch.cells, context.scratch.states[lane]
+    if is_empty(state):
         return 0
-    wrench_rows(F, model, S)
-    if model.hanging and not mark(W, unloaded(F, W, model, rank, S), states, UNLOADED):
-        return 0
-    if model.statics:
-        centre_columns(F, W, n)
-        if not mark(W, balance_free(F, W, n, rank, needed, S), states, UNBALANCED):
-            return 0
-    return rank
+    if state == SMALLER:
+        return int(copy_cell(C, lane, children))
+    return int(bisect(context.scratch.work, context.model, C, lane, children, context.leaf_size))
 
 
 @kernel(inline="always")
-def classify(F: Forms, W: LaneArray, model: Any, roots: Any, C: LaneArray, states: Any, S: Symbols) -> None:
-    """Exclude, settle or contract the open lanes."""
-    rank = exclude(F, W, model, C, states, S)
-    if covers(W, splat(-1.0), open_lanes(W, states)):
-        return
-    settled(F, W, model, roots, C, P_CHART, states, S)
-    if narrow_lanes(model, C, states):
-        newton(F, W, model, C, rank, states, S)
-
-
-@kernel(inline="always")
-def process(context: Any, C: LaneArray, count: int, verdicts: Any, children: Any) -> None:
-    """Exclude, contract, settle or split a batch of cells; see ``engine.batches``."""
-    model, roots, leaf_size, S, F, W, states = context
-    for lane in range(LANES):
-        states[lane] = OPEN if lane < count else EMPTY
-    classify(F, W, model, roots, C, states, S)
-    for lane in range(count):
-        if is_empty(states[lane]):
-            verdicts[lane] = 0
-        elif states[lane] == SMALLER:
-            verdicts[lane] = copy_cell(C, lane, children)
-        else:
-            verdicts[lane] = bisect(W, model, C, lane, children, leaf_size)
+def process(context: Any, count: int, children: Any) -> None:
+    """Exclude, contract, settle or split a batch of cells; see ``cell_tests.process_cells``."""
+    process_cells(exclude, narrow_lanes, verdict, context, count, children)
 
 
 @njit(cache=True, nogil=True)
 def run(
-    model: Any,
-    roots: Any,
-    leaf_size: float,
-    S: Symbols,
-    F: Forms,
-    W: LaneArray,
-    C: LaneArray,
-    states: Any,
-    verdicts: Any,
-    stack: Any,
-    count: int,
-    leaves: Any,
-    kinds: Any,
-    children: Any,
-    cell_limit: int,
+    context: Any, stack: Any, count: int, leaves: Any, kinds: Any, children: Any, cell_limit: int
 ) -> tuple[int, int, int]:
     """Search cells in (u, x) depth first; see ``engine.batches``."""
-    context = (model, roots, leaf_size, S, F, W, states)
-    return batches(process, context, C, verdicts, stack, count, leaves, kinds, children, cell_limit)
+    return batches(process, context, stack, count, leaves, kinds, children, cell_limit)

@@ -16,8 +16,8 @@ from numba import njit
 from numpy.typing import NDArray
 
 from cdpr_interval.engine.krawczyk import preconditioner
+from cdpr_interval.engine.scratch import Scratch
 from cdpr_interval.kernels.box import copy, point
-from cdpr_interval.kernels.second_order import ROTATION_ONLY, WHOLE_POSE
 from cdpr_interval.mechanics.six_dof.system import (
     existence_box,
     fill_data,
@@ -28,7 +28,7 @@ from cdpr_interval.mechanics.six_dof.system import (
 )
 from solvers.six_dof import pose_cells as pose
 from solvers.six_dof import rotation_cells as turn
-from solvers.six_dof.cell_kinds import Scratch
+from solvers.six_dof.columns import POSE_COLUMNS, ROTATION_COLUMNS
 from solvers.six_dof.starts import across_rod, claim, leaf_pose, starting_tensions, triple_at
 
 Floats = NDArray[np.float64]
@@ -240,36 +240,34 @@ def enclosed(system: Any, free: Any, ranges: bool, at: Any, box: Any) -> bool:
 @njit(cache=True, nogil=True, inline="always")
 def turn_bounds(model: Any, scratch: Any, cell: Any, at: Any) -> bool:
     """Enclose (u, p, t) of every equilibrium in a cell in u (width,); False where t is not bounded."""
-    forms, work, cells = scratch
-    return turn.enclose_cell(forms, work, model, cell, ROTATION_ONLY, cells, at.lo, at.hi)
+    return turn.enclose_cell(scratch, model, cell, at.lo, at.hi)
 
 
 @njit(cache=True, nogil=True, inline="always")
 def pose_bounds(model: Any, scratch: Any, cell: Any, at: Any) -> bool:
     """Enclose (u, p, t) of every equilibrium in a cell in (u, x) (width,); False where t is not bounded."""
-    forms, work, cells = scratch
-    return pose.enclose_cell(forms, work, model, cell, WHOLE_POSE, cells, at.lo, at.hi)
+    return pose.enclose_cell(scratch, model, cell, at.lo, at.hi)
 
 
 @njit(cache=True, nogil=True, inline="always")
 def alone(model: Any, system: Any, bench: Any, chart: int, at: Any, box: Any, unique: Any) -> bool:
     """Write the largest uniqueness box (6 + n, 2) of a series around a proved box; False where none is proved."""
     triple, x = np.empty((3, 3)), np.empty(3)
-    turn_cell, pose_cell = np.empty(turn.WIDTH), np.empty(pose.P_WIDTH)
+    turn_cell, pose_cell = np.empty(ROTATION_COLUMNS.width), np.empty(POSE_COLUMNS.width)
     triple_at(at.data, model.orders[0], model.planar, at.z[:3], triple)
     branch = 1.0 if middle_position(box, triple, x) >= 0.0 else -1.0
     halving, proved = FIRST_HALVING, -1
     while halving >= 0:
         reach = LARGEST_REACH * 0.5**halving
         sides_around(box, system.frozen[chart], reach, turn_cell)
-        turn_cell[turn.CHART], turn_cell[turn.BRANCH] = chart, branch
+        turn_cell[ROTATION_COLUMNS.chart], turn_cell[ROTATION_COLUMNS.branch] = chart, branch
         bounded = turn_bounds(model, bench.turn, turn_cell, at)
         if not bounded:
             sides_around(box, system.frozen[chart], reach, pose_cell)
             for i in range(3):
                 pad = 0.0 if i == 1 and model.planar else reach * model.size
                 pose_cell[6 + 2 * i], pose_cell[7 + 2 * i] = x[i] - pad, x[i] + pad
-            pose_cell[pose.P_CHART] = chart
+            pose_cell[POSE_COLUMNS.chart] = chart
             bounded = pose_bounds(model, bench.pose, pose_cell, at)
         ratio = math.inf
         if bounded:
@@ -299,20 +297,17 @@ def sharpest(model: Any, free: Any, ranges: bool, at: Any, box: Any, core: Any) 
 
 
 @njit(cache=True, nogil=True, inline="always")
-def strike_settled(
-    model: Any, bench: Any, count: int, leaves: Any, todo: Any, in_position: bool, at: Any
-) -> None:
+def strike_settled(model: Any, bench: Any, count: int, leaves: Any, todo: Any, columns: Any, at: Any) -> None:
     """Strike off a few leaves those whose equilibria all lie in the uniqueness box of one root known."""
-    chart = pose.P_CHART if in_position else turn.CHART
     for k in range(leaves.shape[0]):
         todo[k] = True
         if leaves.shape[0] > FEW_LEAVES:
             continue
-        if in_position:
+        if columns.variables > 3:
             bounded = pose_bounds(model, bench.pose, leaves[k], at)
         else:
             bounded = turn_bounds(model, bench.turn, leaves[k], at)
-        if bounded and known(bench.charts, bench.unique, count, int(leaves[k, chart]), at.lo, at.hi):
+        if bounded and known(bench.charts, bench.unique, count, int(leaves[k, columns.chart]), at.lo, at.hi):
             todo[k] = False
 
 
@@ -342,7 +337,7 @@ def find_roots(
     leaves: Any,
     todo: Any,
     first: int,
-    in_position: bool,
+    columns: Any,
     leaf_size: float,
 ) -> tuple[int, int]:
     """Start Newton from leaves spread over each cluster and prove what it finds.
@@ -356,6 +351,8 @@ def find_roots(
         be searched: leaves whose equilibria do not all lie in one root's uniqueness box.
     first
         The leaf to go on with.
+    columns
+        The leaves' ``Columns``.
 
     Returns
     -------
@@ -368,8 +365,6 @@ def find_roots(
     Each root appended is proved: for every choice of data exactly one zero in its box, none other in its
     uniqueness box, and it is not one of the roots known before.
     """
-    chart_column = pose.P_CHART if in_position else turn.CHART
-    branch_column = -1 if in_position else turn.BRANCH
     at = workplace(model, system)
     ranges, starts = False, 0
     for i in range(model.n_taut):
@@ -380,10 +375,10 @@ def find_roots(
         if starts == MOST_STARTS:
             return k, count
         starts += 1
-        claim(leaves, todo, k, chart_column, branch_column, CLAIM * leaf_size)
-        chart = int(leaves[k, chart_column])
+        claim(leaves, todo, k, columns.chart, columns.branch, CLAIM * leaf_size)
+        chart = int(leaves[k, columns.chart])
         free, z = system.free[chart], at.z
-        seed(model, system, chart, leaves[k], in_position, at)
+        seed(model, system, chart, leaves[k], columns.variables > 3, at)
         if not improve(at.data, at.rows, free, z, at.C, NEWTON_STEPS):
             continue
         far = max(abs(z[0]), abs(z[1]), abs(z[2])) >= FAR_OUT
@@ -399,5 +394,5 @@ def find_roots(
         if not known(bench.charts, bench.unique, count, chart, at.lo, at.hi):
             bench.charts[count] = chart
             count += 1
-    strike_settled(model, bench, count, leaves, todo, in_position, at)
+    strike_settled(model, bench, count, leaves, todo, columns, at)
     return leaves.shape[0], count

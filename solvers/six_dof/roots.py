@@ -12,12 +12,10 @@ from numpy.typing import NDArray
 
 from cdpr_interval.engine.budget import Budget
 from cdpr_interval.exact import balls
-from cdpr_interval.kernels.second_order import ROTATION_ONLY, WHOLE_POSE
 from cdpr_interval.mechanics.six_dof.arrays import Model
 from cdpr_interval.mechanics.six_dof.frame import Frame, Pose, centred_cayley, coordinates, half_turn
-from solvers.six_dof import pose_cells as pose
-from solvers.six_dof import rotation_cells as turn
-from solvers.six_dof.cell_kinds import form_arrays
+from solvers.six_dof.cell_kinds import POSE_CELLS, ROTATION_CELLS, CellKind
+from solvers.six_dof.columns import POSE_COLUMNS
 from solvers.six_dof.root_search import FEW_LEAVES, MOST_STARTS, Bench, System, find_roots
 from solvers.six_dof.starts import rotation_at
 
@@ -103,8 +101,6 @@ class Prover:
     def __init__(self, model: Model, reduction: Reduction) -> None:
         self.model = model
         self.system = system_of(reduction, model.n_taut)
-        self.turn_scratch = form_arrays(ROTATION_ONLY, turn.WIDTH)
-        self.pose_scratch = form_arrays(WHOLE_POSE, pose.P_WIDTH)
 
     def bench(self, roots: Sequence[Root]) -> Bench:
         """Return scratch that holds the roots known, with room for as many as one call may find."""
@@ -113,10 +109,12 @@ class Prover:
         for k, root in enumerate(roots):
             charts[k] = root.chart
             unique[k] = root.unique
-        return Bench(self.turn_scratch, self.pose_scratch, charts, unique, np.empty(room), np.empty(room))
+        return Bench(
+            ROTATION_CELLS.scratch(), POSE_CELLS.scratch(), charts, unique, np.empty(room), np.empty(room)
+        )
 
     def find(
-        self, leaves: Floats, leaf_size: float, in_position: bool, known: Sequence[Root], budget: Budget
+        self, leaves: Floats, leaf_size: float, kind: CellKind, known: Sequence[Root], budget: Budget
     ) -> tuple[list[Root], Floats]:
         """Start Newton from leaves spread over each cluster.
 
@@ -128,7 +126,7 @@ class Prover:
             before = [*known, *found]
             bench = self.bench(before)
             first, count = find_roots(
-                self.model, self.system, bench, len(before), leaves, todo, first, in_position, leaf_size
+                self.model, self.system, bench, len(before), leaves, todo, first, kind.columns, leaf_size
             )
             for k in range(len(before), count):
                 box, unique, core = bench.boxes[k].copy(), bench.unique[k].copy(), bench.cores[k].copy()
@@ -137,18 +135,18 @@ class Prover:
 
     def root_near(self, chart: int, u: Floats, p: Floats) -> Root | None:
         """Return the proved root that Newton finds from a pose."""
-        cell = np.zeros((1, pose.P_WIDTH))
+        cell = np.zeros((1, POSE_COLUMNS.width))
         pivot = self.model.orders[0, 0]
         turned = np.empty((3, 3))
         rotation_at(u, turned)
         x = p - self.model.anchors[pivot] + turned @ self.model.points[chart, pivot]
         cell[0, :6] = np.repeat(u, 2)
         cell[0, 6:12] = np.repeat(x, 2)
-        cell[0, pose.P_CHART] = chart
-        found, _ = self.find(cell, 0.0, True, [], Budget())
+        cell[0, POSE_COLUMNS.chart] = chart
+        found, _ = self.find(cell, 0.0, POSE_CELLS, [], Budget())
         return found[0] if found else None
 
-    def unsettled(self, cells: Floats, roots: list[Root], in_position: bool) -> Floats:
+    def unsettled(self, cells: Floats, roots: list[Root], kind: CellKind) -> Floats:
         """Return the cells whose equilibria are not all in one root's uniqueness box.
 
         The search looks before it contracts a cell; here the contracted leaves get a last look.
@@ -157,7 +155,9 @@ class Prover:
         for first in range(0, len(cells), FEW_LEAVES):
             few = slice(first, first + FEW_LEAVES)
             # Without a leaf to start from only this last look is left.
-            find_roots(self.model, self.system, bench, len(roots), cells[few], todo[few], 0, in_position, 0.0)
+            find_roots(
+                self.model, self.system, bench, len(roots), cells[few], todo[few], 0, kind.columns, 0.0
+            )
         return cells[todo]
 
 

@@ -4,8 +4,7 @@
 where the centres come close to one line, or where the position turns too fast, the cell is handed on to
 the search in (u, x) of ``pose_cells``, which needs no branch.
 
-A cell is a row ``u (3 x lo, hi), chart, branch, share``; branch 0 stands for both. Kernels look at LANES
-cells at once: ``C`` (1, width, LANES).
+Arrays: as in ``cell_tests``; a cell has the columns ``ROTATION_COLUMNS``.
 """
 
 from __future__ import annotations
@@ -15,16 +14,9 @@ from typing import Any
 from numba import njit
 
 from cdpr_interval.engine.batch_cells import (
-    NO_LENGTH,
-    NO_POSITION,
-    NOT_SLACK,
-    OPEN,
-    SMALL,
-    UNBALANCED,
-    UNLOADED,
-    WIDE,
-    contract_open,
     copy_cell,
+    covers,
+    fill_lanes,
     halve,
     is_empty,
     leaf,
@@ -33,42 +25,38 @@ from cdpr_interval.engine.batch_cells import (
     twins,
 )
 from cdpr_interval.engine.batches import batches
-from cdpr_interval.engine.contraction import EMPTY, SMALLER, blank, solve_for_pivots
-from cdpr_interval.kernels.kernel import kernel
-from cdpr_interval.kernels.lanes import LANES, LaneArray, load, splat, store, where_less
-from cdpr_interval.kernels.second_order import Forms, Symbols, bounds, cross3
-from cdpr_interval.mechanics.six_dof.balance import balance_free, covers, limit_tensions, statics_equations
-from cdpr_interval.mechanics.six_dof.directions import centre_columns
-from cdpr_interval.mechanics.six_dof.geometry import (
-    BLOCK,
-    CABLE,
-    CENTRE,
+from cdpr_interval.engine.contraction import solve_for_pivots
+from cdpr_interval.engine.rows import (
+    BOTH,
     EQUATION,
-    MOST_TAUT,
-    NORMAL,
-    U_SYMBOLS,
-    length_row,
-    rotation_rows,
-    third_block,
-    triple_rows,
-    wrench_rows,
+    FOLDED,
+    NO_POSITION,
+    OPEN,
+    SMALL,
+    SMALLER,
+    UNSMOOTH,
+    WIDE,
 )
-from cdpr_interval.mechanics.six_dof.unloaded import unloaded
-from solvers.six_dof.bounds import position_bounds, read_bounds, settled, slack_excluded, solution_bounds
-from solvers.six_dof.branch import SECOND, no_position, on_branch
+from cdpr_interval.kernels.kernel import kernel
+from cdpr_interval.kernels.lanes import LANES, LaneArray, load, splat, where_less
+from cdpr_interval.kernels.second_order import Forms, Symbols, cross3
+from cdpr_interval.mechanics.six_dof.geometry import length_row, rotation_rows, third_block, triple_rows
+from cdpr_interval.mechanics.six_dof.rows import BLOCK, CABLE, CENTRE, NORMAL, SECOND, U_SYMBOLS
+from solvers.six_dof.bounds import bound_cell
+from solvers.six_dof.branch import no_position, on_branch
+from solvers.six_dof.cell_tests import (
+    exclude_by_balance,
+    exclude_by_length,
+    exclude_by_slack,
+    process_cells,
+)
+from solvers.six_dof.columns import ROTATION_COLUMNS
 
-CHART, BRANCH, SHARE = 6, 7, 8
-WIDTH = 9
-FOLDED = 2
-"""Leaf kind: the position is not two smooth functions of u over the cell; to be searched in (u, x)."""
+CHART, BRANCH = ROTATION_COLUMNS.chart, ROTATION_COLUMNS.branch
 FOLD_WIDTH = 0.13
 """Width of u at which a cell without smooth branches is handed on; measured against 0.07 and 0.26."""
 NEWTON_WIDTH = 0.3
 """Width of u below which a cell that is not excluded is contracted before it is bisected."""
-UNSMOOTH = 3
-"""State of a lane whose position is not a smooth function over the cell."""
-BOTH = 4
-"""State of a lane that stands for two branches."""
 
 
 @kernel()
@@ -80,25 +68,18 @@ def prepare(F: Forms, model: Any, C: LaneArray, S: Symbols) -> None:
 
 
 @njit(cache=True, nogil=True)
-def enclose_cell(
-    F: Forms, W: LaneArray, model: Any, cell: Any, S: Symbols, C: LaneArray, lo: Any, hi: Any
-) -> bool:
-    """Enclose (u, p, t) of every equilibrium of the taut cables in one cell; False where that fails.
+def enclose_cell(scratch: Any, model: Any, cell: Any, lo: Any, hi: Any) -> bool:
+    """Enclose (u, p, t) of every equilibrium of the taut cables in one cell (width,); False where that fails.
 
-    ``lo, hi`` : (6 + n,). With ``lo`` of length 6 only the pose.
+    ``scratch`` is a ``Scratch``; ``lo, hi`` : (6 + n,). With ``lo`` of length 6 only the pose.
     """
-    for k in range(cell.shape[0]):
-        store(C, 0, k, cell[k])
+    S, F, W, C = scratch.symbols, scratch.forms, scratch.work, scratch.cells
+    fill_lanes(C, cell)
     if cell[BRANCH] == 0.0:
         return False
     prepare(F, model, C, S)
     proved = on_branch(F, W, model, load(C, 0, BRANCH), S)
-    wrench_rows(F, model, S)
-    if lo.shape[0] == 6:
-        position_bounds(F, W, model, S)
-    else:
-        proved = proved * solution_bounds(F, W, model, S)
-    read_bounds(W, C, 0, model, lo, hi)
+    proved = proved * bound_cell(F, W, model, C, lo, hi, S)
     return bool(covers(W, proved, splat(1.0)))
 
 
@@ -109,26 +90,6 @@ def both_branches(C: LaneArray, lane: int, children: Any) -> int:
     children[2 * lane, BRANCH] = 1.0
     children[2 * lane + 1, BRANCH] = -1.0
     return 2
-
-
-@kernel()
-def newton(
-    F: Forms, W: LaneArray, model: Any, C: LaneArray, lengths: int, rank: int, states: Any, S: Symbols
-) -> None:
-    """Contract the narrow open lanes by the further lengths (already in EQUATION..) and the statics.
-
-    Where tension signs are to be ignored all six lengths are given and no statics enters.
-    """
-    equations = lengths
-    n = model.n_taut
-    if n < MOST_TAUT:
-        centre_columns(F, W, n)
-        limited = limit_tensions(F, W, n, rank, S)
-        statics_equations(F, W, n, equations, rank, S)
-        for e in range(6 - n):
-            blank(F, EQUATION + lengths + e, limited, S)
-        equations += 6 - n
-    contract_open(F, W, C, equations, U_SYMBOLS, states, S)
 
 
 @kernel()
@@ -172,33 +133,20 @@ def exclude(F: Forms, W: LaneArray, model: Any, C: LaneArray, states: Any, S: Sy
     lengths = 0
     for j in range(2 if model.planar else 3, n):
         length_row(F, EQUATION + lengths, CABLE + BLOCK * j, S)
-        below, above = bounds(F, EQUATION + lengths, S)
-        outside = where_less(0.0, below, 1.0, where_less(above, 0.0, splat(1.0), 0.0))
-        if not mark(W, outside, states, NO_LENGTH):
+        if not exclude_by_length(F, W, EQUATION + lengths, states, S):
             return 0, 0
         lengths += 1
-    if model.slack:
-        too_far = slack_excluded(F, W, model, open_lanes(W, states), S)
-        if not mark(W, too_far, states, NOT_SLACK):
-            return 0, 0
-    rank = solve_for_pivots(F, W, 0, lengths, U_SYMBOLS, S)
-    wrench_rows(F, model, S)
-    if model.hanging and not mark(W, unloaded(F, W, model, rank, S), states, UNLOADED):
+    if not exclude_by_slack(F, W, model, states, S):
         return 0, 0
-    if model.statics:
-        centre_columns(F, W, n)
-        if not mark(W, balance_free(F, W, n, rank, open_lanes(W, states), S), states, UNBALANCED):
-            return 0, 0
+    rank = solve_for_pivots(F, W, 0, lengths, U_SYMBOLS, S)
+    if not exclude_by_balance(F, W, model, rank, states, S):
+        return 0, 0
     return lengths, rank
 
 
-@kernel(inline="always")
-def classify(F: Forms, W: LaneArray, model: Any, roots: Any, C: LaneArray, states: Any, S: Symbols) -> None:
-    """Exclude, settle or contract the open lanes."""
-    lengths, rank = exclude(F, W, model, C, states, S)
-    if covers(W, splat(-1.0), open_lanes(W, states)):
-        return
-    settled(F, W, model, roots, C, CHART, states, S)
+@kernel()
+def narrow_lanes(model: Any, C: LaneArray, states: Any) -> bool:
+    """Leave only those lanes open that are narrow enough to be contracted; True when there are any."""
     narrow = False
     for lane in range(LANES):
         if states[lane] == OPEN:
@@ -206,13 +154,13 @@ def classify(F: Forms, W: LaneArray, model: Any, roots: Any, C: LaneArray, state
                 narrow = True
             else:
                 states[lane] = WIDE
-    if narrow:
-        newton(F, W, model, C, lengths, rank, states, S)
+    return narrow
 
 
 @kernel()
-def verdict(C: LaneArray, lane: int, state: int, children: Any, leaf_size: float) -> int:
+def verdict(context: Any, lane: int, children: Any) -> int:
     """Write a lane's children or leaf; see ``engine.batches``."""
+    C, state = context.scratch.cells, context.scratch.states[lane]
     width = width_of(C, lane)
     if is_empty(state):
         return 0
@@ -222,40 +170,21 @@ def verdict(C: LaneArray, lane: int, state: int, children: Any, leaf_size: float
         return int(both_branches(C, lane, children))
     if state == UNSMOOTH and width <= FOLD_WIDTH:
         return int(leaf(C, lane, children, FOLDED))
-    if state != UNSMOOTH and width <= leaf_size:
+    if state != UNSMOOTH and width <= context.leaf_size:
         return int(leaf(C, lane, children, SMALL))
     return int(halve(C, lane, children, 2 * widest(C, lane)))
 
 
 @kernel(inline="always")
-def process(context: Any, C: LaneArray, count: int, verdicts: Any, children: Any) -> None:
-    """Exclude, contract, settle or split a batch of cells; see ``engine.batches``."""
-    model, roots, leaf_size, S, F, W, states = context
-    for lane in range(LANES):
-        states[lane] = OPEN if lane < count else EMPTY
-    classify(F, W, model, roots, C, states, S)
-    for lane in range(count):
-        verdicts[lane] = verdict(C, lane, states[lane], children, leaf_size)
+def process(context: Any, count: int, children: Any) -> None:
+    """Exclude, contract, settle or split a batch of cells; see ``cell_tests.process_cells``."""
+    process_cells(exclude, narrow_lanes, verdict, context, count, children)
 
 
+# As ``pose_cells.run``: numba caches no function made by a function, nor one that is passed another one.
 @njit(cache=True, nogil=True)
 def run(
-    model: Any,
-    roots: Any,
-    leaf_size: float,
-    S: Symbols,
-    F: Forms,
-    W: LaneArray,
-    C: LaneArray,
-    states: Any,
-    verdicts: Any,
-    stack: Any,
-    count: int,
-    leaves: Any,
-    kinds: Any,
-    children: Any,
-    cell_limit: int,
+    context: Any, stack: Any, count: int, leaves: Any, kinds: Any, children: Any, cell_limit: int
 ) -> tuple[int, int, int]:
     """Search cells in u depth first; see ``engine.batches``."""
-    context = (model, roots, leaf_size, S, F, W, states)
-    return batches(process, context, C, verdicts, stack, count, leaves, kinds, children, cell_limit)
+    return batches(process, context, stack, count, leaves, kinds, children, cell_limit)

@@ -12,7 +12,7 @@ import numpy as np
 from numba import njit
 
 from cdpr_interval.kernels.dense import solve_in_place
-from solvers.six_dof import rotation_cells as turn
+from solvers.six_dof.columns import ROTATION_COLUMNS
 
 REGULARISATION = 1e-13
 """Share of the trace added to the normal equations of the starting tensions: wrenches may be dependent."""
@@ -106,7 +106,7 @@ def leaf_pose(data: Any, order: Any, planar: bool, leaf: Any, in_position: bool,
         for k in range(3):
             z[3 + k] = triple[0, k] + 0.5 * (leaf[6 + 2 * k] + leaf[7 + 2 * k])
     else:
-        position_on_branch(data, order, planar, leaf[turn.BRANCH], z)
+        position_on_branch(data, order, planar, leaf[ROTATION_COLUMNS.branch], z)
     for k in range(3):
         if frozen[k]:
             z[k] = 0.0

@@ -13,15 +13,12 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
-from cdpr_interval.engine.batch_cells import SMALL
 from cdpr_interval.engine.budget import Budget, Stop
-from cdpr_interval.engine.search import Report, Run, search
-from cdpr_interval.kernels.lanes import LANES
-from cdpr_interval.kernels.second_order import ROTATION_ONLY, WHOLE_POSE
+from cdpr_interval.engine.rows import FOLDED, SMALL
+from cdpr_interval.engine.search import Report, search
 from cdpr_interval.mechanics.six_dof.arrays import Model
-from solvers.six_dof import pose_cells as pose
-from solvers.six_dof import rotation_cells as turn
-from solvers.six_dof.cell_kinds import form_arrays
+from solvers.six_dof.cell_kinds import POSE_CELLS, ROTATION_CELLS, CellKind
+from solvers.six_dof.columns import POSE_COLUMNS, ROTATION_COLUMNS
 from solvers.six_dof.roots import Prover, Reduction, Root
 
 Floats = NDArray[np.float64]
@@ -52,9 +49,9 @@ class SubsetSearch:
     threads: int = 1
     report: Report | None = None
     roots: list[Root] = field(default_factory=list)
-    undecided: Floats = field(default_factory=lambda: np.empty((0, turn.WIDTH)))
+    undecided: Floats = field(default_factory=lambda: np.empty((0, ROTATION_COLUMNS.width)))
     """Leaves of the search in u that could not be decided."""
-    undecided_position: Floats = field(default_factory=lambda: np.empty((0, pose.P_WIDTH)))
+    undecided_position: Floats = field(default_factory=lambda: np.empty((0, POSE_COLUMNS.width)))
     """The same of the search in (u, x)."""
     reason: str = ""
     pending: int = 0
@@ -67,18 +64,18 @@ class SubsetSearch:
         ``cells``: where to search; the default is everywhere.
         """
         everywhere = start_cells(self.reduction) if cells is None else cells
-        folded = self.rounds(everywhere, in_position=False)
+        folded = self.rounds(everywhere, ROTATION_CELLS)
         if len(folded) and self.stop is Stop.EXHAUSTED:
-            self.rounds(position_cells(self.model, folded), in_position=True)
+            self.rounds(position_cells(self.model, folded), POSE_CELLS)
 
-    def rounds(self, cells: Floats, *, in_position: bool) -> Floats:
+    def rounds(self, cells: Floats, kind: CellKind) -> Floats:
         """Search ``cells`` round by round; return the folded leaves that are handed on to (u, x)."""
         prover = Prover(self.model, self.reduction)
         leaf_size = FIRST_LEAF
         before = 0
         handed_on: list[Floats] = [np.empty((0, cells.shape[1]))]
         while len(cells):
-            small, folded = self.one_round(cells, leaf_size, in_position)
+            small, folded = self.one_round(cells, leaf_size, kind)
             handed_on.append(folded)
             if self.stop is not Stop.EXHAUSTED:
                 self.pending += len(small) + sum(map(len, handed_on))
@@ -87,19 +84,19 @@ class SubsetSearch:
             growing = most < len(small) and before < len(small)
             cells, before = small, len(small)
             if len(small):
-                found, cells = prover.find(small, leaf_size, in_position, self.roots, self.budget)
+                found, cells = prover.find(small, leaf_size, kind, self.roots, self.budget)
                 self.roots += found
             leaf_size *= LEAF_RATIO
             if growing or leaf_size < last_leaf(self.model):
-                self.give_up(prover.unsettled(cells, self.roots, in_position), in_position, growing)
+                self.give_up(prover.unsettled(cells, self.roots, kind), kind, growing)
                 break
         return np.concatenate(handed_on)
 
-    def one_round(self, cells: Floats, leaf_size: float, in_position: bool) -> tuple[Floats, Floats]:
+    def one_round(self, cells: Floats, leaf_size: float, kind: CellKind) -> tuple[Floats, Floats]:
         """Search down to ``leaf_size``; return small and folded leaves."""
-        make_run = pose_run if in_position else turn_run
+        rows = root_rows(self.model, self.roots)
         result = search(
-            lambda: make_run(self.model, self.roots, leaf_size),
+            lambda: kind.run(self.model, rows, leaf_size),
             cells,
             self.budget,
             threads=self.threads,
@@ -108,9 +105,9 @@ class SubsetSearch:
         self.cells += result.cells
         self.stop = result.stop
         self.pending += len(result.pending)
-        return result.leaves[result.kinds == SMALL], result.leaves[result.kinds == turn.FOLDED]
+        return result.leaves[result.kinds == SMALL], result.leaves[result.kinds == FOLDED]
 
-    def give_up(self, cells: Floats, in_position: bool, too_many: bool) -> None:
+    def give_up(self, cells: Floats, kind: CellKind, too_many: bool) -> None:
         """Keep what is left as undecided."""
         if len(cells) == 0:
             return
@@ -122,7 +119,7 @@ class SubsetSearch:
             self.reason = "smaller cells decide no more: the wrenches are nearly dependent, or poses meet"
         else:
             self.reason = "the smallest cells could neither be excluded nor proved"
-        if in_position:
+        if kind is POSE_CELLS:
             self.undecided_position = cells
         else:
             self.undecided = cells
@@ -155,7 +152,7 @@ def u_range(frozen: tuple[int, ...]) -> list[float]:
 
 def unique_u(cells: Floats) -> Floats:
     """Drop cells that stand for the same u box twice (they differed in the branch only)."""
-    keys = np.column_stack([cells[:, :6], cells[:, turn.CHART]])
+    keys = np.column_stack([cells[:, :6], cells[:, ROTATION_COLUMNS.chart]])
     _, first = np.unique(keys, axis=0, return_index=True)
     return cells[np.sort(first)]
 
@@ -164,14 +161,14 @@ def position_cells(model: Model, folded: Floats) -> Floats:
     """Return (u, x) cells for folded u boxes: |x| <= l of the first order's pivot."""
     reach = model.lengths[model.orders[0, 0], 1]
     folded = unique_u(folded)
-    cells = np.zeros((len(folded), pose.P_WIDTH))
+    cells = np.zeros((len(folded), POSE_COLUMNS.width))
     cells[:, :6] = folded[:, :6]
     for k in range(3):
         # Two cables in a plane: the equilibrium lies in y = 0.
         most = 0.0 if k == 1 and model.planar else reach
         cells[:, 6 + 2 * k], cells[:, 7 + 2 * k] = -most, most
-    cells[:, pose.P_CHART] = folded[:, turn.CHART]
-    cells[:, pose.P_SHARE] = 1.0 / max(1, len(folded))
+    cells[:, POSE_COLUMNS.chart] = folded[:, ROTATION_COLUMNS.chart]
+    cells[:, POSE_COLUMNS.share] = 1.0 / max(1, len(folded))
     return cells
 
 
@@ -179,33 +176,3 @@ def root_rows(model: Model, roots: list[Root]) -> Floats:
     """Return the uniqueness boxes as one array for the kernels."""
     width = 1 + 2 * (6 + model.n_taut)
     return np.array([root.row() for root in roots]).reshape(len(roots), width)
-
-
-def turn_run(model: Model, roots: list[Root], leaf_size: float) -> Run:
-    """Bind the compiled search in u to its data and one thread's scratch."""
-    rows = root_rows(model, roots)
-    scratch = form_arrays(ROTATION_ONLY, turn.WIDTH)
-    states, verdicts = np.zeros((2, LANES), dtype=np.int64)
-
-    def run(*stack: object) -> tuple[int, int, int]:
-        done: tuple[int, int, int] = turn.run(
-            model, rows, leaf_size, ROTATION_ONLY, *scratch, states, verdicts, *stack
-        )
-        return done
-
-    return run
-
-
-def pose_run(model: Model, roots: list[Root], leaf_size: float) -> Run:
-    """Bind the compiled search in (u, x) to its data and one thread's scratch."""
-    rows = root_rows(model, roots)
-    scratch = form_arrays(WHOLE_POSE, pose.P_WIDTH)
-    states, verdicts = np.zeros((2, LANES), dtype=np.int64)
-
-    def run(*stack: object) -> tuple[int, int, int]:
-        done: tuple[int, int, int] = pose.run(
-            model, rows, leaf_size, WHOLE_POSE, *scratch, states, verdicts, *stack
-        )
-        return done
-
-    return run

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cdpr_interval.mechanics.six_dof.arrays import Model
-from solvers.six_dof.pose_cells import P_CHART
+from solvers.six_dof.columns import POSE_COLUMNS
 from solvers.six_dof.roots import Root
 
 Floats = NDArray[np.float64]
@@ -113,5 +113,6 @@ def moved_outward(box: Floats, exponents: NDArray[np.int64]) -> Floats:
 def cells_in_metres(cells: Floats, units: Units) -> Floats:
     """Return cells in (u, x) of a model in given units in m."""
     moved = cells.copy()
-    moved[:, 6:P_CHART] = np.ldexp(cells[:, 6:P_CHART], units.length)
+    position = slice(6, POSE_COLUMNS.chart)
+    moved[:, position] = np.ldexp(cells[:, position], units.length)
     return moved

@@ -11,6 +11,7 @@ from solvers import forward_kinematics
 from solvers.answers.data import Outcome
 from solvers.answers.result import Result
 from solvers.six_dof import forward as six_dof
+from solvers.six_dof.cell_kinds import POSE_CELLS
 from solvers.six_dof.subset_search import SubsetSearch, position_cells, start_cells
 from tests.planted.platform import Planted, plant
 from tests.planted.verdict import agrees, holds
@@ -24,7 +25,7 @@ class InAllVariables(SubsetSearch):
     """The search in all six variables of a pose from the start: no triangulation, no branches."""
 
     def solve(self) -> None:
-        self.rounds(position_cells(self.model, start_cells(self.reduction)), in_position=True)
+        self.rounds(position_cells(self.model, start_cells(self.reduction)), POSE_CELLS)
 
 
 def poses(planted: Planted) -> Result:

@@ -181,19 +181,21 @@ def test_a_function_of_lanes_does_not_depend_on_their_place() -> None:
 def test_solve_definite_solves_another_system_in_every_lane(n: int) -> None:
     rng = np.random.default_rng(n)
     for columns in range(1, 8):
-        a = np.full((n + 1, n + columns + 1, LANES), 7.0)
+        first = n % 3
+        a = np.full((first + n + 1, n + columns + 1, LANES), 7.0)
+        rows = a[first : first + n]
         b = rng.normal(size=(n, columns, LANES))
         for lane in range(LANES):
             root = rng.normal(size=(n, n + 2))
-            a[:n, :n, lane] = root @ root.T + 0.1 * np.eye(n)
-        a[:n, n : n + columns] = b
-        matrices = a[:n, :n].copy()
-        solve_definite(a, n, columns)
+            rows[:, :n, lane] = root @ root.T + 0.1 * np.eye(n)
+        rows[:, n : n + columns] = b
+        matrices = rows[:, :n].copy()
+        solve_definite(a, first, n, columns)
         for lane in range(LANES):
             expected = np.linalg.solve(matrices[:, :, lane], b[:, :, lane])
-            assert np.allclose(a[:n, n:-1, lane], expected, rtol=1e-9, atol=1e-9 * abs(expected).max())
+            assert np.allclose(rows[:, n:-1, lane], expected, rtol=1e-9, atol=1e-9 * abs(expected).max())
         # Nothing beyond the system is touched.
-        assert np.all(a[n] == 7.0) and np.all(a[:, -1] == 7.0)
+        assert np.all(a[:first] == 7.0) and np.all(a[first + n] == 7.0) and np.all(a[:, -1] == 7.0)
 
 
 def test_solve_definite_gives_no_numbers_where_a_lane_is_singular() -> None:
@@ -211,7 +213,7 @@ def test_solve_definite_gives_no_numbers_where_a_lane_is_singular() -> None:
                     a[:, :n, bad] = 1.0 if n > 1 else 0.0
                 else:
                     a[0, 0, bad] = math.nan
-                solve_definite(a, n, 1)
+                solve_definite(a, 0, n, 1)
                 assert not np.all(np.isfinite(a[:, n, bad]))
                 for lane in range(LANES):
                     if lane != bad:

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from cdpr_interval.kernels.lanes import LANES
 from cdpr_interval.mechanics.six_dof import directions as platform_directions
-from cdpr_interval.mechanics.six_dof.geometry import WORK_SHAPE
+from cdpr_interval.mechanics.six_dof.rows import WORK
 from tests.kernel_callers import Callers
 
 Floats = NDArray[np.float64]
@@ -18,7 +18,7 @@ directions = Callers(platform_directions)
 
 def work(columns: Floats) -> Floats:
     """Return W with normalised columns (LANES, m, 6), and their dual basis."""
-    W = np.zeros(WORK_SHAPE)
+    W = np.zeros((WORK.height, WORK.columns, LANES))
     unit = columns / np.linalg.norm(columns, axis=2, keepdims=True)
     for lane in range(LANES):
         W[directions.COLUMNS : directions.COLUMNS + columns.shape[1], :6, lane] = unit[lane]

@@ -13,13 +13,16 @@ import numpy as np
 import pytest
 
 from cdpr_interval.engine import contraction as platform_elimination
+from cdpr_interval.engine import rows as engine_rows
 from cdpr_interval.exact.enclosure import enclose
 from cdpr_interval.kernels.lanes import LANES
 from cdpr_interval.kernels.second_order import ROTATION_ONLY, WHOLE_POSE, Symbols
 from cdpr_interval.mechanics.six_dof import balance as platform_statics
 from cdpr_interval.mechanics.six_dof import directions as platform_directions
 from cdpr_interval.mechanics.six_dof import geometry as platform_polynomials
-from solvers.six_dof.cell_kinds import enclose_pose_cell, enclose_turn_cell, form_arrays
+from cdpr_interval.mechanics.six_dof import rows as platform_rows
+from solvers.six_dof.cell_kinds import POSE_CELLS, ROTATION_CELLS
+from solvers.six_dof.columns import POSE_COLUMNS, ROTATION_COLUMNS
 from tests import lane_calls as calls
 from tests import lane_platform as platform
 from tests.kernel_callers import Callers
@@ -54,9 +57,9 @@ from tests.platform_cells import (
     turn_trial,
 )
 
-elimination = Callers(platform_elimination)
-forms = Callers(platform_polynomials)
-statics = Callers(platform_statics, platform_directions)
+elimination = Callers(platform_elimination, engine_rows)
+forms = Callers(platform_polynomials, platform_rows, engine_rows)
+statics = Callers(platform_statics, platform_directions, platform_rows)
 
 
 COUNTS = (2, 3, 4, 5, 6)
@@ -155,7 +158,7 @@ def test_charts_show_the_same_equilibrium() -> None:
 def test_rotation_rows_enclose_every_rotation_of_the_cell(S: Symbols) -> None:
     rng = random.Random(1)
     for k in range(30):
-        cells = np.zeros((LANES, turn.WIDTH))
+        cells = np.zeros((LANES, ROTATION_COLUMNS.width))
         for cell in cells:
             reach = rng.choice(CELLS)
             for c in range(3):
@@ -179,7 +182,7 @@ def test_rotation_rows_enclose_every_rotation_of_the_cell(S: Symbols) -> None:
                     forms.ROTATION, [s * x * d for row in cayley(u) for x, d in zip(row, signs, strict=True)]
                 )
         # Degree two is exact: only rounding remains.
-        assert np.all(batch.F[: forms.SCALE + 1, -3] < 1e-13)
+        assert np.all(batch.F[forms.ROTATION : forms.SCALE + 1, -3] < 1e-13)
 
 
 @every_count
@@ -257,7 +260,7 @@ def test_the_error_of_a_smooth_branch_is_small(n: int) -> None:
     for robot in planted(n)[:3]:
         trials = []
         for reach in (0.02, 0.01):
-            cell = np.zeros(turn.WIDTH)
+            cell = np.zeros(ROTATION_COLUMNS.width)
             for k, x in enumerate(robot.u):
                 thin = robot.model.planar and k != 1
                 cell[2 * k : 2 * k + 2] = [float(x) - reach * (not thin), float(x) + reach * (not thin)]
@@ -295,7 +298,6 @@ def test_pose_and_tensions_of_the_equilibrium_are_enclosed(n: int) -> None:
     rng = random.Random(5)
     bounded = 0
     for start in planted(n):
-        near, whole = form_arrays(ROTATION_ONLY, turn.WIDTH), form_arrays(WHOLE_POSE, pose.P_WIDTH)
         for robot in start.ordered():
             trials = [turn_trial(rng, view, reach) for view, reach in mixed(rng, robot)]
             for batch in turn_batches(trials):
@@ -307,13 +309,13 @@ def test_pose_and_tensions_of_the_equilibrium_are_enclosed(n: int) -> None:
                     bounded += known
                     assert not known or between(*found, exact)
                     lo, hi = np.zeros((2, 6 + n))
-                    assert enclose_turn_cell(near, robot.model, lane.cell, lo, hi) == known
+                    assert ROTATION_CELLS.enclose(robot.model, lane.cell, lo, hi) == known
                     assert not known or same(found, (lo, hi))
-                    assert enclose_turn_cell(near, robot.model, lane.cell, lo[:6], hi[:6]) == lane.found
+                    assert ROTATION_CELLS.enclose(robot.model, lane.cell, lo[:6], hi[:6]) == lane.found
                     assert not lane.found or same((found[0][:6], found[1][:6]), (lo[:6], hi[:6]))
                     unknown = lane.cell.copy()
                     unknown[turn.BRANCH] = 0.0
-                    assert not enclose_turn_cell(near, robot.model, unknown, lo, hi)
+                    assert not ROTATION_CELLS.enclose(robot.model, unknown, lo, hi)
         for batch in pose_batches([pose_trial(rng, view, reach) for view, reach in mixed(rng, start)]):
             flags = platform.solution_bounds(batch.F, batch.W, batch.model, batch.S)
             for lane in batch.lanes:
@@ -321,12 +323,12 @@ def test_pose_and_tensions_of_the_equilibrium_are_enclosed(n: int) -> None:
                 found = batch.read(lane.lane, 6 + n)
                 assert between(found[0][:6], found[1][:6], exact[:6])
                 lo, hi = np.zeros((2, 6 + n))
-                known = enclose_pose_cell(whole, start.model, lane.cell, lo, hi)
+                known = POSE_CELLS.enclose(start.model, lane.cell, lo, hi)
                 assert known == (flags[lane.lane] > 0.0)
                 if known:
                     bounded += 1
                     assert between(lo, hi, exact) and same(found, (lo, hi))
-                assert enclose_pose_cell(whole, start.model, lane.cell, lo[:6], hi[:6])
+                assert POSE_CELLS.enclose(start.model, lane.cell, lo[:6], hi[:6])
                 assert same((found[0][:6], found[1][:6]), (lo[:6], hi[:6]))
     assert bounded >= 4 * len(planted(n))
 
@@ -406,7 +408,7 @@ def test_tension_bounds_of_six_cables() -> None:
     for robot in planted(6):
         t = [robot.t[i] for i in robot.model.orders[0]]
         for batch in rows_at(rng, robot, (1e-3, 1e-5, 1e-8, 0.0)):
-            known = platform.tension_bounds(batch.F, batch.W, 6, turn.TENSIONS, batch.S)
+            known = platform.tension_bounds(batch.F, batch.W, 6, batch.S)
             for lane in batch.lanes:
                 if lane.found and known[lane.lane]:
                     bounded += 1
@@ -420,7 +422,7 @@ def test_tension_bounds_are_tight_at_a_point(n: int) -> None:
     for robot in [planted(n)[0], planted(n)[1]]:
         t = [robot.t[i] for i in robot.model.orders[0]]
         for batch in rows_at(rng, robot, (0.0, 0.3)):
-            known = platform.tension_bounds(batch.F, batch.W, n, turn.TENSIONS, batch.S)
+            known = platform.tension_bounds(batch.F, batch.W, n, batch.S)
             for lane in batch.lanes:
                 assert lane.trial is not None
                 if lane.trial.reach == 0.0:
@@ -744,12 +746,12 @@ def descend(rng: random.Random, stepper: Stepper, trials: Sequence[Trial]) -> li
 def whole_space(robot: Planted) -> Any:
     """Return a (u, x) cell that holds everything within the pivot's length."""
     reach = robot.model.lengths[robot.model.orders[0, 0], 1]
-    cell = np.zeros(pose.P_WIDTH)
+    cell = np.zeros(POSE_COLUMNS.width)
     for k in range(3):
         flat = robot.model.planar and k != 1
         cell[2 * k : 2 * k + 2] = [0.0, 0.0] if flat else [-1.0, 1.0]
         cell[6 + 2 * k : 8 + 2 * k] = [0.0, 0.0] if robot.model.planar and k == 1 else [-reach, reach]
-    cell[pose.P_CHART], cell[pose.P_SHARE] = robot.chart, 1.0
+    cell[POSE_COLUMNS.chart], cell[POSE_COLUMNS.share] = robot.chart, 1.0
     return cell
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import random
-from collections.abc import Callable
 from fractions import Fraction
 from functools import cache
 from typing import Any
@@ -15,12 +14,14 @@ import pytest
 from cdpr_interval.engine import contraction as platform_elimination
 from cdpr_interval.engine import search as engine
 from cdpr_interval.engine.budget import Budget, Stop
+from cdpr_interval.engine.rows import EMPTY, EQUATION, OPEN, PIVOT, SCRATCH, SMALLER
 from cdpr_interval.kernels import second_order
 from cdpr_interval.kernels.lanes import LANES
 from cdpr_interval.kernels.second_order import ROTATION_ONLY, WHOLE_POSE, Symbols, width
 from cdpr_interval.mechanics.six_dof.arrays import HALF_TURNS
-from cdpr_interval.mechanics.six_dof.geometry import EQUATION, FORM_ROWS, PIVOT, SCRATCH, WORK_SHAPE
-from solvers.six_dof.subset_search import pose_run, turn_run
+from cdpr_interval.mechanics.six_dof.rows import FORMS, WORK
+from solvers.six_dof.cell_kinds import POSE_CELLS, ROTATION_CELLS
+from solvers.six_dof.subset_search import root_rows
 from tests import lane_platform as platform
 from tests.exact_rows import Point, polynomial
 from tests.kernel_callers import Callers
@@ -32,6 +33,7 @@ elimination = Callers(platform_elimination)
 
 
 COUNTS = (2, 3, 4, 5, 6)
+WORK_SHAPE = (WORK.height, WORK.columns, LANES)
 NUMBERS = [*(0.0, -0.0, 1.0, -1.0, 5e-324, 1e-5, -1e-5, 1e308), math.inf, -math.inf, math.nan]
 
 every_count = pytest.mark.parametrize("n", COUNTS)
@@ -151,14 +153,19 @@ def test_the_leaves_do_not_depend_on_the_size_of_batches(
     monkeypatch: pytest.MonkeyPatch, n: int, search: Any
 ) -> None:
     robot = planted(n)[0]
-    make: Callable[..., Any] = turn_run if search is turn else pose_run
+    kind = ROTATION_CELLS if search is turn else POSE_CELLS
     start = np.array(start_cells(search, robot))
 
     def leaves(chunk: int, threads: int = 1) -> Any:
         monkeypatch.setattr(engine, "CHUNK_CELLS", chunk)
         budget = Budget(cell_limit=100_000)
         leaf_size = 0.2 if n == 2 else 0.9
-        result = engine.search(lambda: make(robot.model, [], leaf_size), start, budget, threads=threads)
+        result = engine.search(
+            lambda: kind.run(robot.model, root_rows(robot.model, []), leaf_size),
+            start,
+            budget,
+            threads=threads,
+        )
         assert result.stop is Stop.EXHAUSTED
         return result.leaves, result.kinds, result.cells
 
@@ -228,7 +235,7 @@ def test_covers_asks_only_the_lanes_that_matter() -> None:
 
 def random_rows(rng: random.Random, S: Symbols) -> Any:
     """Return empty rows, garbage everywhere."""
-    F = np.full((FORM_ROWS, width(S), LANES), rng.choice([math.nan, math.inf, 3.0]))
+    F = np.full((FORMS.height, width(S), LANES), rng.choice([math.nan, math.inf, 3.0]))
     return F
 
 
@@ -397,7 +404,7 @@ def test_a_vanishing_row_bounds_its_symbol(S: Symbols) -> None:
 def test_a_row_that_is_not_finite_bounds_nothing(S: Symbols) -> None:
     for bad in (math.inf, -math.inf, math.nan):
         for column in range(width(S) - 2):
-            F = np.zeros((FORM_ROWS, width(S), LANES))
+            F = np.zeros((FORMS.height, width(S), LANES))
             F[SCRATCH, 1] = 1.0
             F[SCRATCH, column, column % LANES] = abs(bad)
             kernels.close(F, SCRATCH, S)
@@ -446,7 +453,7 @@ def test_a_cut_keeps_what_the_symbol_allows() -> None:
 
 
 def test_a_symbol_is_cut_only_where_something_is_left_to_cut() -> None:
-    E, T, L = elimination.EMPTY, elimination.STUCK, elimination.SMALLER
+    E, T, L = EMPTY, OPEN, SMALLER
     cases = [
         # low, high, before, after, cut
         (-2.0, 2.0, T, T, False),
@@ -521,7 +528,7 @@ class System:
                         row[[1 + k, 1 + len(S) + k]] = 0.0
         for e in range(count):
             kernels.close(self.F, EQUATION + e, S)
-        self.W[elimination.VERDICTS, 0] = elimination.STUCK
+        self.W[elimination.VERDICTS, 0] = OPEN
 
     def holds(self) -> bool:
         """Return True when every cell still has its point."""
@@ -545,7 +552,7 @@ def test_contracted_cells_keep_their_solutions(S: Symbols) -> None:
         before = C.copy()
         dead = rng.choice([-1, rng.randrange(LANES)])
         if dead >= 0:
-            W[elimination.VERDICTS, 0, dead] = elimination.EMPTY
+            W[elimination.VERDICTS, 0, dead] = EMPTY
         if trial % 2:
             elimination.contract(F, W, C, count, variables, S)
         else:
@@ -556,7 +563,7 @@ def test_contracted_cells_keep_their_solutions(S: Symbols) -> None:
         for lane in range(LANES):
             verdict = W[elimination.VERDICTS, 0, lane]
             if lane == dead:
-                assert verdict == elimination.EMPTY and np.array_equal(C[..., lane], before[..., lane])
+                assert verdict == EMPTY and np.array_equal(C[..., lane], before[..., lane])
                 continue
             widths = (
                 (C[0, 1::2] - C[0, ::2])[:variables, lane],
@@ -564,9 +571,7 @@ def test_contracted_cells_keep_their_solutions(S: Symbols) -> None:
             )
             much = any(now <= elimination.WORTH * was and now < was for now, was in zip(*widths, strict=True))
             # Several small cuts of one variable may add up.
-            assert verdict == (elimination.SMALLER if much else elimination.STUCK) or (
-                much and trial % 2 == 0
-            )
+            assert verdict == (SMALLER if much else OPEN) or (much and trial % 2 == 0)
             smaller[trial % 2] += much
     assert min(smaller) >= 20
 
@@ -590,10 +595,10 @@ def test_contraction_finds_that_equations_cannot_hold(S: Symbols) -> None:
             rank = elimination.solve_for_pivots(F, W, 0, count, variables, S)
             elimination.cut_pivots(F, W, C, rank, S)
         verdicts = W[elimination.VERDICTS, 0]
-        assert not any(v == elimination.EMPTY for k, v in enumerate(verdicts) if k != lane)
+        assert not any(v == EMPTY for k, v in enumerate(verdicts) if k != lane)
         if system.noise[lane] < 1e-3:
             tried += 1
-            found += verdicts[lane] == elimination.EMPTY
+            found += verdicts[lane] == EMPTY
     assert found >= 0.4 * tried > 5
 
 
@@ -614,7 +619,7 @@ def test_an_equation_without_slopes_that_cannot_hold_empties_its_cell(S: Symbols
         kernels.close(F, EQUATION, S)
         elimination.contract(F, W, system.C, 1, variables, S)
         for lane in range(LANES):
-            verdict = elimination.EMPTY if lane == away else elimination.STUCK
+            verdict = EMPTY if lane == away else OPEN
             assert W[elimination.VERDICTS, 0, lane] == verdict
 
 

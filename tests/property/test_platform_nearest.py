@@ -7,17 +7,17 @@ import pytest
 
 from cdpr_interval.kernels.lanes import LANES
 from cdpr_interval.mechanics.six_dof import nearest as platform_nearest
+from cdpr_interval.mechanics.six_dof.rows import COLUMNS, WORK, Y
 from tests.kernel_callers import Callers
 
 CALLERS = Callers(platform_nearest)
-COLUMNS, Y = 8, 15
 
 
 def nearest(columns: np.ndarray, lane: int = 1) -> np.ndarray:
     """Return the direction for columns (6, m) in one lane of fresh scratch."""
-    work = np.full((54, 24, LANES), np.nan)
+    work = np.full((WORK.height, WORK.columns, LANES), np.nan)
     work[COLUMNS : COLUMNS + columns.shape[1], :6, lane] = columns.T
-    CALLERS.nearest_point(work, COLUMNS, Y, lane, columns.shape[1])
+    CALLERS.nearest_point(work, lane, columns.shape[1])
     return work[Y, :6, lane]
 
 

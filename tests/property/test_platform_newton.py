@@ -18,8 +18,8 @@ from cdpr_interval.exact.enclosure import enclose
 from cdpr_interval.exact.range import Range, RangeVector
 from cdpr_interval.mechanics.six_dof import system as newton
 from cdpr_interval.mechanics.six_dof.arrays import Model, build_model
-from solvers.six_dof import pose_cells as pose
-from solvers.six_dof.cell_kinds import enclose_pose_cell
+from solvers.six_dof.cell_kinds import POSE_CELLS
+from solvers.six_dof.columns import POSE_COLUMNS
 from solvers.six_dof.root_search import FEW_LEAVES
 from solvers.six_dof.roots import GENERAL, GEOMETRY, PLANAR, Prover, Root
 from tests.planted_platform import HALF_TURN_SIGNS, Planted, plant, shifted
@@ -403,9 +403,9 @@ def test_boxes_that_are_not_finite_prove_nothing(n: int) -> None:
 def settled(prover: Prover, cell: Any, roots: Sequence[Root]) -> bool:
     """Return True when all equilibria of a cell lie in the uniqueness box of one root."""
     lo, hi = np.empty(6 + prover.model.n_taut), np.empty(6 + prover.model.n_taut)
-    if not enclose_pose_cell(prover.pose_scratch, prover.model, cell, lo, hi):
+    if not POSE_CELLS.enclose(prover.model, cell, lo, hi):
         return False
-    near = [root.unique for root in roots if root.chart == cell[pose.P_CHART]]
+    near = [root.unique for root in roots if root.chart == cell[POSE_COLUMNS.chart]]
     return any(bool(np.all(u[:, 0] <= lo) and np.all(hi <= u[:, 1])) for u in near)
 
 
@@ -418,21 +418,21 @@ def test_only_leaves_that_roots_settle_are_struck_off(n: int) -> None:
         prover, root = proved_root(robot)
         if root is None:
             continue
-        cells = np.zeros((2 * FEW_LEAVES + 5, pose.P_WIDTH))
+        cells = np.zeros((2 * FEW_LEAVES + 5, POSE_COLUMNS.width))
         for cell in cells:
             reach = 10.0 ** rng.uniform(-9.0, -1.0)
             z = [*map(float, robot.u), *map(float, robot.way())]
             for k, x in enumerate(z):
                 middle = x + reach * rng.uniform(-2.0, 2.0) * rng.choice([0.0, 1.0])
                 cell[2 * k], cell[2 * k + 1] = middle - reach, middle + reach
-            cell[pose.P_CHART] = robot.chart if rng.random() < 0.8 else (robot.chart + 1) % 4
-        found, left = prover.find(cells, 0.0, True, [root], Budget())
+            cell[POSE_COLUMNS.chart] = robot.chart if rng.random() < 0.8 else (robot.chart + 1) % 4
+        found, left = prover.find(cells, 0.0, POSE_CELLS, [root], Budget())
         assert np.array_equal(left, cells)
-        few, left = prover.find(cells[:FEW_LEAVES], 0.0, True, [root], Budget())
+        few, left = prover.find(cells[:FEW_LEAVES], 0.0, POSE_CELLS, [root], Budget())
         roots = [root, *few]
         assert np.array_equal(left, [c for c in cells[:FEW_LEAVES] if not settled(prover, c, roots)])
         roots = [root, *found]
-        left = prover.unsettled(cells, roots, True)
+        left = prover.unsettled(cells, roots, POSE_CELLS)
         assert np.array_equal(left, [cell for cell in cells if not settled(prover, cell, roots)])
         for cell in left:
             assert any(np.array_equal(cell, other) for other in cells)

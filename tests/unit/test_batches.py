@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
@@ -23,13 +23,33 @@ LEAST = CHILDREN * LANES + 1
 """Rows of the smallest stack with which the loop can go on."""
 
 
+class Arrays(NamedTuple):
+    """What the loop asks of a problem's scratch."""
+
+    cells: Any
+    verdicts: Any
+
+
+class Toy(NamedTuple):
+    """The problem: roots on a line, and the size of leaves."""
+
+    roots: Any
+    size: float
+    scratch: Arrays
+
+
+def toy_context(roots: Any, size: float) -> Toy:
+    return Toy(roots, size, Arrays(np.zeros((1, WIDTH, LANES)), np.zeros(LANES, dtype=np.int64)))
+
+
 @njit(nogil=True)
-def process(context: Any, C: Any, count: int, verdicts: Any, children: Any) -> None:
+def process(context: Any, count: int, children: Any) -> None:
     """Keep cells with a root (all if there are none); look twice at each before it is bisected.
 
     Writes nonsense wherever it may, and breaks when the lanes behind ``count`` do not repeat the last cell.
     """
-    roots, size = context
+    roots, size = context.roots, context.size
+    C, verdicts = context.scratch.cells, context.scratch.verdicts
     children[:] = -7.0
     verdicts[:] = 2
     for lane in range(LANES):
@@ -63,26 +83,17 @@ def process(context: Any, C: Any, count: int, verdicts: Any, children: Any) -> N
 
 @njit(nogil=True)
 def run_batches(
-    roots: Any,
-    size: float,
-    C: Any,
-    verdicts: Any,
-    stack: Any,
-    count: int,
-    leaves: Any,
-    kinds: Any,
-    children: Any,
-    limit: int,
+    context: Any, stack: Any, count: int, leaves: Any, kinds: Any, children: Any, limit: int
 ) -> tuple[int, int, int]:
-    return batches(process, (roots, size), C, verdicts, stack, count, leaves, kinds, children, limit)
+    return batches(process, context, stack, count, leaves, kinds, children, limit)
 
 
 def toy(roots: Any, size: float) -> Callable[[], Run]:
     def make_run() -> Run:
-        C, verdicts = np.zeros((1, WIDTH, LANES)), np.zeros(LANES, dtype=np.int64)
+        context = toy_context(roots, size)
 
         def run(*stack: Any) -> tuple[int, int, int]:
-            done: tuple[int, int, int] = run_batches(roots, size, C, verdicts, *stack)
+            done: tuple[int, int, int] = run_batches(context, *stack)
             return done
 
         return run
@@ -212,9 +223,8 @@ def test_compiled_and_plain_python_agree() -> None:
     """Cells are looked at in the same order."""
 
     def run(*stack: Any) -> tuple[int, int, int]:
-        C, verdicts = np.zeros((1, WIDTH, LANES)), np.zeros(LANES, dtype=np.int64)
         plain = batches.py_func
-        done: tuple[int, int, int] = plain(process.py_func, (ROOTS, 1e-3), C, verdicts, *stack)
+        done: tuple[int, int, int] = plain(process.py_func, toy_context(ROOTS, 1e-3), *stack)
         return done
 
     slow = search(lambda: run, start(2), Budget())

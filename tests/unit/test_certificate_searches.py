@@ -15,7 +15,7 @@ import pytest
 from flint import ctx
 
 from cdpr_interval import load_robot
-from cdpr_interval.engine.batch_cells import OPEN, UNBALANCED
+from cdpr_interval.engine.rows import OPEN, UNBALANCED
 from certificates import check, leaves, searches
 from certificates.arithmetic.balls import BITS
 from certificates.certificate import Certificate

@@ -3,6 +3,10 @@
 All tests use the rows WRENCH.. and LOAD (scaled by s > 0, which cancels) and the rows PIVOT.., which
 vanish at every solution and may be added to any form. Directions y in R^6 are found in floats at the cell's
 centre; whatever they are, the forms y . w decide.
+
+Arrays: ``F`` (rows, columns of a form, LANES) forms, ``W`` (rows, columns, LANES) scratch, both with the
+rows of ``engine.rows`` and ``rows``; ``S`` the forms' symbols. Integers: ``n`` taut cables, ``rank`` the
+most pivots of a lane, which ``solve_for_pivots`` returned.
 """
 
 from __future__ import annotations
@@ -11,7 +15,9 @@ import math
 
 from numba import types
 
+from cdpr_interval.engine.batch_cells import covers, maximum
 from cdpr_interval.engine.contraction import reduce_row
+from cdpr_interval.engine.rows import EQUATION, SCRATCH
 from cdpr_interval.kernels.kernel import kernel
 from cdpr_interval.kernels.lanes import LANES, LaneArray, Lanes, array3, lanes, load, splat, store, where_less
 from cdpr_interval.kernels.rounding import down_lanes, inflate_lanes, up_lanes
@@ -27,14 +33,6 @@ from cdpr_interval.kernels.second_order import (
     widen,
 )
 from cdpr_interval.mechanics.six_dof.directions import (
-    BASIS,
-    COLUMNS,
-    DUAL,
-    INVERSE,
-    NORM,
-    RIGHT,
-    SOME_TENSION,
-    Y,
     centre_columns,
     centre_tensions,
     choose_slopes,
@@ -44,34 +42,36 @@ from cdpr_interval.mechanics.six_dof.directions import (
     tensions_of_load,
     wrench_of,
 )
-from cdpr_interval.mechanics.six_dof.geometry import EQUATION, LOAD, MOST_TAUT, SCRATCH, WRENCH
 from cdpr_interval.mechanics.six_dof.nearest import nearest_point
+from cdpr_interval.mechanics.six_dof.rows import (
+    BASIS,
+    COLUMNS,
+    DIMENSIONS,
+    DUAL,
+    INVERSE,
+    KEPT_Y,
+    LEFT_INVERSE,
+    LOAD,
+    MOST_TAUT,
+    MOST_TENSION,
+    NORM,
+    RESTS,
+    RIGHT,
+    SHARES,
+    SOME_TENSION,
+    TENSIONS,
+    TRIED,
+    WRENCH,
+    Y,
+)
 
 INT = types.int64
 
-MOST_TENSION = 22
-"""Row of W with upper bounds of t_i = tension_i / l_i."""
 LOOSE = 100.0
 """Inverse of what is left of a normalised column after those before it, from which on y is tried as the
 nearest point: no y of moderate size has prescribed products with all columns."""
 FLOOR = 1e-3
 """Least right side of a form relative to the largest: the load's form hardly varies, yet must be positive."""
-
-
-@kernel(lanes(lanes, lanes))
-def maximum(a: Lanes, b: Lanes) -> Lanes:
-    """Return the larger one; ``b`` where one is NaN."""
-    return where_less(b, a, a, b)
-
-
-@kernel(types.boolean(array3, lanes, lanes))
-def covers(W: LaneArray, flags: Lanes, needed: Lanes) -> bool:
-    """Return True when ``flags`` is positive in every lane where ``needed`` is."""
-    store(W, COLUMNS, RIGHT + 1, where_less(0.0, needed, flags, 1.0))
-    result = True
-    for lane in range(LANES):
-        result = result and W[COLUMNS, RIGHT + 1, lane] > 0.0
-    return result
 
 
 @kernel(signatures(types.UniTuple(lanes, 2), array3, INT, types.boolean, INT))
@@ -153,22 +153,22 @@ def balance_free_of_dependent(
     F: Forms, W: LaneArray, n: int, rank: int, needed: Lanes, free: Lanes, S: Symbols
 ) -> Lanes:
     """Test the lanes left once more, with the nearest point as y, where the columns are nearly dependent."""
-    store(W, COLUMNS, RIGHT + 1, where_less(0.0, needed, where_less(0.0, free, splat(0.0), 1.0), 0.0))
+    store(W, TRIED, 0, where_less(0.0, needed, where_less(0.0, free, splat(0.0), 1.0), 0.0))
     is_any_left = False
     for lane in range(LANES):
         is_loose = False
         for i in range(n + 1):
             inverse = W[DUAL + i, INVERSE, lane]
             is_loose = is_loose or not 0.0 < inverse < LOOSE
-        if is_loose and W[COLUMNS, RIGHT + 1, lane] > 0.0:
-            nearest_point(W, COLUMNS, Y, lane, n + 1)
+        if is_loose and W[TRIED, 0, lane] > 0.0:
+            nearest_point(W, lane, n + 1)
             is_any_left = True
         else:
             # Another lane's need must not change what becomes of this one.
-            W[COLUMNS, RIGHT + 1, lane] = 0.0
+            W[TRIED, 0, lane] = 0.0
     if not is_any_left:
         return splat(0.0)
-    tried = load(W, COLUMNS, RIGHT + 1)
+    tried = load(W, TRIED, 0)
     return where_less(0.0, tried, all_positive(F, W, n, n + 1, False, rank, S), 0.0)
 
 
@@ -216,10 +216,10 @@ def limit_tensions(F: Forms, W: LaneArray, n: int, rank: int, S: Symbols) -> Lan
     if not covers(W, limited, splat(1.0)):
         # Lanes that have their y keep it.
         for k in range(6):
-            store(W, Y + 1, k, load(W, Y, k))
+            store(W, KEPT_Y, k, load(W, Y, k))
         choose_y(W, n)
         for k in range(6):
-            store(W, Y, k, where_less(0.0, limited, load(W, Y + 1, k), load(W, Y, k)))
+            store(W, Y, k, where_less(0.0, limited, load(W, KEPT_Y, k), load(W, Y, k)))
         limited = all_positive(F, W, n, n, False, rank, S)
     lo, _ = weigh(F, W, LOAD, False, rank, S)
     centre_tensions(W, n, True)
@@ -257,11 +257,11 @@ def statics_equations(F: Forms, W: LaneArray, n: int, first: int, rank: int, S: 
         reduce_row(F, out, W, rank, S)
 
 
-@kernel(signatures(lanes, array3, INT, INT))
-def tension_bounds(F: Forms, W: LaneArray, n: int, out: int, S: Symbols) -> Lanes:
+@kernel(signatures(lanes, array3, INT))
+def tension_bounds(F: Forms, W: LaneArray, n: int, S: Symbols) -> Lanes:
     """Enclose every t with sum t_i w_i + w_0 = 0 at some point of the cells (t_i = tension / l_i).
 
-    Writes lower bounds to W[out], upper bounds to W[out + 1]; returns 1 where they hold.
+    Writes lower bounds to W[TENSIONS], upper bounds to W[TENSIONS + 1]; returns 1 where they hold.
 
     Verified least squares: with C an approximate left inverse of the wrench matrix at the centre and t~
     the approximate solution, any such t satisfies t - t~ = -C (w_0 + W t~) + (I - C W)(t - t~), so
@@ -273,16 +273,16 @@ def tension_bounds(F: Forms, W: LaneArray, n: int, out: int, S: Symbols) -> Lane
     centre_tensions(W, n, True)
     for i in range(n):
         for k in range(6):
-            store(W, BASIS + i, k, load(W, DUAL + i, k) / load(W, COLUMNS + i, NORM))
+            store(W, LEFT_INVERSE + i, k, load(W, DUAL + i, k) / load(W, COLUMNS + i, NORM))
     bounded = splat(1.0)
     worst = splat(0.0)
     most = splat(0.0)
     row = SCRATCH + 1
     for i in range(n):
-        combine6(F, row, LOAD, W, BASIS + i, S)
+        combine6(F, row, LOAD, W, LEFT_INVERSE + i, S)
         total = splat(0.0)
         for j in range(n):
-            combine6(F, SCRATCH, WRENCH + 6 * j, W, BASIS + i, S)
+            combine6(F, SCRATCH, WRENCH + DIMENSIONS * j, W, LEFT_INVERSE + i, S)
             add_scaled(F, row, SCRATCH, load(W, SOME_TENSION, j), S)
             if i == j:
                 store(F, SCRATCH, 0, load(F, SCRATCH, 0) - 1.0)
@@ -290,8 +290,8 @@ def tension_bounds(F: Forms, W: LaneArray, n: int, out: int, S: Symbols) -> Lane
             total += largest(F, SCRATCH, S)
         share = up_lanes(total * (1.0 + 1e-14))
         rest = largest(F, row, S)
-        store(W, Y, i, share)
-        store(W, Y + 1, i, rest)
+        store(W, SHARES, i, share)
+        store(W, RESTS, i, rest)
         # Row by row, so that NaN (an overflow) cannot hide behind a maximum.
         bounded = where_less(share, 0.95, bounded, 0.0)
         bounded = where_less(rest, math.inf, bounded, 0.0)
@@ -299,8 +299,8 @@ def tension_bounds(F: Forms, W: LaneArray, n: int, out: int, S: Symbols) -> Lane
         most = maximum(rest, most)
     gain = up_lanes(most / down_lanes(1.0 - worst))
     for i in range(n):
-        error = up_lanes(load(W, Y + 1, i) + up_lanes(load(W, Y, i) * gain))
+        error = up_lanes(load(W, RESTS, i) + up_lanes(load(W, SHARES, i) * gain))
         t = load(W, SOME_TENSION, i)
-        store(W, out, i, down_lanes(t - error))
-        store(W, out + 1, i, up_lanes(t + error))
+        store(W, TENSIONS, i, down_lanes(t - error))
+        store(W, TENSIONS + 1, i, up_lanes(t + error))
     return bounded

@@ -3,6 +3,9 @@
 All of it is plain floating point; whatever y is, the forms y . w over the cell decide what it proves. The
 wrenches are orthogonalised (Gram-Schmidt, twice), not squared into a Gram matrix: between two poses near a
 fold, at a distance d, the load comes within d^2 of the wrenches' span, and y is as large as 1 / d^2.
+
+Arrays: ``F`` (rows, columns of a form, LANES) forms, ``W`` (rows, columns, LANES) scratch, both with the
+rows of ``rows``; ``S`` the forms' symbols.
 """
 
 from __future__ import annotations
@@ -12,23 +15,23 @@ from numba import types
 from cdpr_interval.kernels.kernel import kernel
 from cdpr_interval.kernels.lanes import LaneArray, array3, load, root, splat, store, where_less
 from cdpr_interval.kernels.second_order import Forms, Symbols, signatures
-from cdpr_interval.mechanics.six_dof.geometry import LOAD, WRENCH
+from cdpr_interval.mechanics.six_dof.rows import (
+    BASIS,
+    COLUMNS,
+    DIMENSIONS,
+    DUAL,
+    INVERSE,
+    LOAD,
+    NORM,
+    RIGHT,
+    SOME_TENSION,
+    STEP,
+    WRENCH,
+    Y,
+)
 
 INT = types.int64
 
-COLUMNS = 8
-"""First of seven rows of W: wrenches at the centre, normalised (0..5), their norms (6), right sides (7)."""
-NORM, RIGHT = 6, 7
-Y = 15
-"""Row of W with y; the six rows behind it hold its slopes."""
-SOME_TENSION = 23
-"""Row of W with approximate t_i."""
-BASIS = 24
-"""First of six rows of W: an orthonormal basis that starts with the wrenches' span."""
-DUAL = 38
-"""First of six rows of W: the dual basis (0..5), then the columns' coordinates in the orthonormal one (6..11)
-and the inverse of what was left of the column (12)."""
-STEP, INVERSE = 6, 12
 DEPENDENT = 1e-13
 """Remainder of a normalised column, after those before it, below which it counts as dependent on them: its
 direction is rounding."""
@@ -37,7 +40,7 @@ direction is rounding."""
 @kernel()
 def wrench_of(i: int, n: int) -> int:
     """Return the first row of wrench i; i = n is the load."""
-    return LOAD if i == n else WRENCH + 6 * i
+    return LOAD if i == n else WRENCH + DIMENSIONS * i
 
 
 @kernel(types.void(array3, array3, INT))

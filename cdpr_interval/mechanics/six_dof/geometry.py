@@ -11,8 +11,9 @@ a_i = A_i - A_1, q_i = R (b_i - b_1) and d_i = a_i - q_i (the centre of sphere i
 
 where |d_i|^2 is linear in R, so that everything is linear in R and, but for the pivot's sphere, in x.
 
-The rows of the form array ``F`` have fixed places, named below; ``W`` is float scratch. Each lane of both
-belongs to another cell of a batch; ``C`` holds the cells, one column of a cell a row of lanes.
+Arrays: ``F`` (rows, columns of a form, LANES) forms, ``W`` (rows, columns, LANES) float scratch, both with
+the rows of ``rows``; ``C`` (1, width of a cell, LANES) cells, one column of a cell a row of lanes; ``S``
+the forms' symbols; ``model`` is an ``arrays.Model``. Each lane belongs to another cell of a batch.
 """
 
 from __future__ import annotations
@@ -21,8 +22,9 @@ from typing import Any
 
 from numba import types
 
+from cdpr_interval.engine.rows import SCRATCH
 from cdpr_interval.kernels.kernel import kernel
-from cdpr_interval.kernels.lanes import LANES, LaneArray, Lanes, array3, lanes, load, splat, store, where_less
+from cdpr_interval.kernels.lanes import LaneArray, Lanes, array3, lanes, load, splat, store, where_less
 from cdpr_interval.kernels.rounding import inflate_lanes, up_lanes
 from cdpr_interval.kernels.second_order import (
     Forms,
@@ -42,44 +44,21 @@ from cdpr_interval.kernels.second_order import (
     signatures,
     widen,
 )
-
-ROTATION = 0
-"""Nine rows: s R(u) D_c, row by row."""
-SCALE = 9
-"""s = 1 + |u|^2."""
-SCRATCH = 10
-"""Twenty rows used inside one function."""
-POSITION = 30
-"""Three rows: x."""
-NORMAL = 33
-"""Three rows: s d_2 x s d_3."""
-SIGMA = 36
-"""x . (s d_2 x s d_3)."""
-CABLE = 37
-"""First row of the blocks of the taut cables, in their order; the pivot's is not used."""
-BLOCK = 7
-ARM, CENTRE, OFFSET = 0, 3, 6
-"""Places in a block: s q_i (3 rows), s d_i (3 rows), s K_i."""
-MOST_TAUT = 6
-SLACK_CABLE = CABLE + BLOCK * MOST_TAUT
-"""Block of a cable outside the subset."""
-PLANE = SLACK_CABLE + BLOCK
-"""Block that takes the third cable's place in a plane: its normal."""
-ROOT_ARM = PLANE + BLOCK
-"""Three rows: s r_1."""
-WRENCH = ROOT_ARM + 3
-"""Six rows a cable: s w_i, moments divided by the platform's size."""
-LOAD = WRENCH + 6 * MOST_TAUT
-"""Six rows: s w_0."""
-EQUATION = LOAD + 6
-"""First of the rows of forms that vanish at every solution."""
-MOST_EQUATIONS = 12
-PIVOT = EQUATION + MOST_EQUATIONS
-"""First of the rows of such forms, solved for one symbol each."""
-FORM_ROWS = PIVOT + 6
-WORK_SHAPE = (54, 24, LANES)
-U_SYMBOLS = 3
-"""Symbols 0..2 are u."""
+from cdpr_interval.mechanics.six_dof.rows import (
+    ARM,
+    BLOCK,
+    CABLE,
+    CENTRE,
+    DIMENSIONS,
+    LOAD,
+    OFFSET,
+    PLANE,
+    POSITION,
+    ROOT_ARM,
+    ROTATION,
+    SCALE,
+    WRENCH,
+)
 
 
 @kernel(types.UniTuple(lanes, 2)(lanes, lanes))
@@ -93,13 +72,13 @@ def middle_and_radius(lo: Lanes, hi: Lanes) -> tuple[Lanes, Lanes]:
 
 @kernel()
 def vector3(a: Any, i: int, j: int) -> tuple[Lanes, Lanes, Lanes]:
-    """Return a[i, j] in every lane (a slice would be counted as a reference)."""
+    """Return a[i, j] of an array (n, N, 3) in every lane (a slice would be counted as a reference)."""
     return splat(a[i, j, 0]), splat(a[i, j, 1]), splat(a[i, j, 2])
 
 
 @kernel()
 def first_vector(a: Any, i: int, j: int) -> tuple[Lanes, Lanes, Lanes]:
-    """Return a[0, i, j] in every lane."""
+    """Return a[0, i, j] of an array (4, N, N, 3) in every lane."""
     return splat(a[0, i, j, 0]), splat(a[0, i, j, 1]), splat(a[0, i, j, 2])
 
 
@@ -266,7 +245,7 @@ def wrench_rows(F: Forms, model: Any, S: Symbols) -> None:
         constant(F, WRENCH + 3 + k, zero, zero, S)
     for j in range(1, model.n_taut):
         block = CABLE + BLOCK * j
-        w = WRENCH + 6 * j
+        w = WRENCH + DIMENSIONS * j
         i = model.orders[0, j]
         for k in range(3):
             combine2(F, w + k, block + CENTRE + k, one, WRENCH + k, one, S)

@@ -3,6 +3,9 @@
 Taut cables off the centre of mass have no moment about it together. Where their moments are linearly
 independent all their tensions vanish, so that the platform hangs by the others and may turn about its centre
 of mass: a continuum no search would end in, and none of this subset's poses.
+
+Arrays: ``F`` (rows, columns of a form, LANES) forms, ``W`` (rows, columns, LANES) scratch, both with the
+rows of ``rows``; ``S`` the forms' symbols; ``model`` is an ``arrays.Model``.
 """
 
 from __future__ import annotations
@@ -10,12 +13,13 @@ from __future__ import annotations
 from typing import Any
 
 from cdpr_interval.engine.contraction import reduce_row
+from cdpr_interval.engine.rows import SCRATCH
 from cdpr_interval.kernels.kernel import kernel
 from cdpr_interval.kernels.lanes import LaneArray, Lanes, load, root, splat, store, where_less
 from cdpr_interval.kernels.rounding import up_lanes
 from cdpr_interval.kernels.second_order import Forms, Symbols, combine6, largest, widen
-from cdpr_interval.mechanics.six_dof.directions import BASIS, COLUMNS, DUAL, NORM, dual_columns
-from cdpr_interval.mechanics.six_dof.geometry import SCRATCH, WRENCH
+from cdpr_interval.mechanics.six_dof.directions import dual_columns
+from cdpr_interval.mechanics.six_dof.rows import COLUMNS, DIMENSIONS, DUAL, LEFT_INVERSE, NORM, WRENCH
 
 REGULAR = 0.95
 """Least row sum of |I - C M| that proves nothing."""
@@ -37,7 +41,7 @@ def outer_columns(F: Forms, W: LaneArray, model: Any) -> int:
     for j in range(model.n_taut):
         if not is_outer(model, model.orders[0, j]):
             continue
-        row = WRENCH + 6 * j + 3
+        row = WRENCH + DIMENSIONS * j + 3
         total = splat(0.0)
         for k in range(3):
             total += load(F, row + k, 0) * load(F, row + k, 0)
@@ -64,14 +68,14 @@ def unloaded(F: Forms, W: LaneArray, model: Any, rank: int, S: Symbols) -> Lanes
     dual_columns(W, count)
     for a in range(count):
         for k in range(6):
-            store(W, BASIS + a, k, load(W, DUAL + a, k) / load(W, COLUMNS + a, NORM))
+            store(W, LEFT_INVERSE + a, k, load(W, DUAL + a, k) / load(W, COLUMNS + a, NORM))
     proved = splat(1.0)
     for a in range(count):
         total, b = splat(0.0), 0
         for j in range(model.n_taut):
             if not is_outer(model, model.orders[0, j]):
                 continue
-            combine6(F, SCRATCH, WRENCH + 6 * j, W, BASIS + a, S)
+            combine6(F, SCRATCH, WRENCH + DIMENSIONS * j, W, LEFT_INVERSE + a, S)
             if a == b:
                 store(F, SCRATCH, 0, load(F, SCRATCH, 0) - 1.0)
                 widen(F, SCRATCH, splat(1e-15), S)
