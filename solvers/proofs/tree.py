@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from cdpr_interval.engine.batch_cells import NO_LENGTH, NO_POSITION, NOT_SLACK, OPEN, UNBALANCED
 from cdpr_interval.kernels.lanes import LANES
 from cdpr_interval.kernels.second_order import ROTATION_ONLY, WHOLE_POSE
+from cdpr_interval.mechanics.rotation import rotation_at
 from certificates import guess
 from certificates.balance import unbalanced
 from certificates.cells import Place
@@ -41,7 +42,6 @@ from solvers.six_dof.cell_kinds import form_arrays
 from solvers.six_dof.reasons import look_turn
 from solvers.six_dof.reduction import Reduced
 from solvers.six_dof.roots import Root
-from solvers.six_dof.starts import rotation_at
 
 Floats = NDArray[np.float64]
 

@@ -11,12 +11,12 @@ from numpy.typing import NDArray
 
 from cdpr_interval.engine.budget import Budget
 from cdpr_interval.kernels.second_order import ROTATION_ONLY, WHOLE_POSE
+from cdpr_interval.mechanics.rotation import rotation_at
 from cdpr_interval.mechanics.six_dof.arrays import Model
 from solvers.six_dof import pose_cells as pose
 from solvers.six_dof import rotation_cells as turn
 from solvers.six_dof.cell_kinds import form_arrays
 from solvers.six_dof.root_search import FEW_LEAVES, MOST_STARTS, Bench, System, find_roots
-from solvers.six_dof.starts import rotation_at
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]

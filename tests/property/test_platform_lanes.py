@@ -18,7 +18,7 @@ from cdpr_interval.engine.budget import Budget, Stop
 from cdpr_interval.kernels import second_order
 from cdpr_interval.kernels.lanes import LANES
 from cdpr_interval.kernels.second_order import ROTATION_ONLY, WHOLE_POSE, Symbols, width
-from cdpr_interval.mechanics.six_dof.arrays import HALF_TURNS
+from cdpr_interval.mechanics.rotation import HALF_TURNS
 from cdpr_interval.mechanics.six_dof.geometry import EQUATION, FORM_ROWS, PIVOT, SCRATCH, WORK_SHAPE
 from solvers.six_dof.subset_search import pose_run, turn_run
 from tests import lane_platform as platform

@@ -11,7 +11,8 @@ from flint import arb, arb_mat
 from numpy.typing import NDArray
 
 from cdpr_interval.exact import balls
-from cdpr_interval.mechanics.six_dof.arrays import HALF_TURNS, Range, RangeVector
+from cdpr_interval.mechanics.rotation import HALF_TURNS
+from cdpr_interval.mechanics.six_dof.arrays import Range, RangeVector
 from cdpr_interval.mechanics.six_dof.fields import FrameBounds
 from cdpr_interval.robots.cable_robot import Vector
 from solvers.questions.problem import Problem
