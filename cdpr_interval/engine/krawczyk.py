@@ -1,14 +1,14 @@
 """The Krawczyk operator: zeros of square systems proved, enclosed, and proved to be the only ones of a box.
 
-For a system F of n equations in n unknowns, a point c, a matrix C in floats near the inverse of F' there and a
-box X around c,
+For a system F of n equations in n unknowns, a point c, a matrix C in floats near the inverse of F' there and
+a box X around c,
 
     K(X) = c - C F(c) + E (X - c),   E an enclosure of I - C F' over X,
 
-holds every zero in X (mean value theorem, row by row). Where K(X) lies strictly inside X there is exactly one,
-for every choice of the data that the enclosures of F(c) and E stand for, and it lies in K(X) (R. Krawczyk
-1969; R. E. Moore 1977; S. M. Rump, Acta Numerica 2010, theorem 13.2). Where |E| v < v for some v > 0, every
-matrix in C F' is regular: X holds at most one (two would differ by a vector in the kernel of one).
+holds every zero in X (mean value theorem, row by row). Where K(X) lies strictly inside X there is exactly
+one, for every choice of the data that the enclosures of F(c) and E stand for, and it lies in K(X)
+(R. Krawczyk 1969; R. E. Moore 1977; S. M. Rump, Acta Numerica 2010, theorem 13.2). Where |E| v < v for some
+v > 0, every matrix in C F' is regular: X holds at most one zero (two would differ by a vector in the kernel).
 
 A system knows its robot; this file knows none. It hands in kernels and a context of its own, any tuple:
 
@@ -16,13 +16,14 @@ A system knows its robot; this file knows none. It hands in kernels and a contex
 * ``residual(context, box, f)`` writes an enclosure of F over a box (n, 2) to f (n, 2).
 
 The operator moves in two ways. ``around`` stays at one point: F is evaluated once, and only |E| again and
-again, which suits a domain that has to hold a given box. ``existence`` goes to the middle of each box and keeps
-the signs of E, which suits wide ranges of data: their zeros need not lie evenly around any of them.
+again, which suits a domain that has to hold a given box. ``existence`` goes to the middle of each box and
+keeps the signs of E, which suits wide ranges of data: their zeros need not lie evenly around any of them.
 
 A zero that moves with symbols e (lengths within ranges, say) is a tube z(e) + W: ``around`` proves it as it
-stands. Its unknowns are then the offsets w = z - z(e): x is 0, the context holds z(e) and a preconditioner C(e),
-``shift`` encloses -C(e) F(z(e), e) over all e, and ``deviate`` encloses I - C(e) F'(z(e) + w, e) over all e and
-all w in the box: for each e exactly one zero in z(e) + ``box``. The constant zero is the tube without symbols.
+stands. Its unknowns are then the offsets w = z - z(e): x is 0, the context holds z(e) and a preconditioner
+C(e), ``shift`` encloses -C(e) F(z(e), e) over all e, and ``deviate`` encloses I - C(e) F'(z(e) + w, e) over
+all e and all w in the box. So for each e there is exactly one zero in z(e) + ``domain``, and it lies in z(e)
++ ``box``. The constant zero is the tube without symbols.
 """
 
 from __future__ import annotations
@@ -36,6 +37,7 @@ from numba import njit
 from cdpr_interval.kernels import box as boxes
 from cdpr_interval.kernels import interval
 from cdpr_interval.kernels.dense import solve_in_place
+from cdpr_interval.kernels.kernel import kernel
 from cdpr_interval.kernels.rounding import down, up
 
 LOST = 1e200
@@ -80,7 +82,7 @@ class Contractions(NamedTuple):
     """A step that leaves all radii at least this share of theirs is the last one."""
 
 
-@njit("b1(f8[:, :, ::1], f8[:, ::1])", cache=True, nogil=True)
+@kernel("b1(f8[:, :, ::1], f8[:, ::1])")
 def preconditioner(J: Any, C: Any) -> bool:
     """Write the float inverse of the middle of J (n, n, 2) to C (n, n); False where it is singular."""
     n = J.shape[0]
@@ -97,7 +99,7 @@ def preconditioner(J: Any, C: Any) -> bool:
     return True
 
 
-@njit("void(f8[:, ::1], f8[:, ::1], f8[:, ::1])", cache=True, nogil=True)
+@kernel("void(f8[:, ::1], f8[:, ::1], f8[:, ::1])")
 def correction(C: Any, f: Any, shift: Any) -> None:
     """Enclose -C f in shift (n, 2) for C (n, n) and f (n, 2)."""
     for i in range(C.shape[0]):
@@ -108,7 +110,7 @@ def correction(C: Any, f: Any, shift: Any) -> None:
         shift[i, 0], shift[i, 1] = -hi, -lo
 
 
-@njit("void(f8[:, ::1], f8[:, :, ::1], f8[:, :, ::1])", cache=True, nogil=True)
+@kernel("void(f8[:, ::1], f8[:, :, ::1], f8[:, :, ::1])")
 def deviation(C: Any, J: Any, E: Any) -> None:
     """Enclose I - C J in E (n, n, 2) for C (n, n) and J (n, n, 2)."""
     n = C.shape[0]
@@ -123,7 +125,7 @@ def deviation(C: Any, J: Any, E: Any) -> None:
             E[i, j, 1] = hi
 
 
-@njit("b1(f8[:, :, ::1], f8[::1], f8[::1], f8[::1])", cache=True, nogil=True)
+@kernel("b1(f8[:, :, ::1], f8[::1], f8[::1], f8[::1])")
 def stretched(E: Any, v: Any, start: Any, out: Any) -> bool:
     """Bound start + |E| v from above in out (n,), E (n, n, 2), v and start (n,); True when it is below v."""
     inside = True
@@ -137,7 +139,7 @@ def stretched(E: Any, v: Any, start: Any, out: Any) -> bool:
     return inside
 
 
-@njit("f8(f8[:, :, ::1], f8[:, ::1])", cache=True, nogil=True)
+@kernel("f8(f8[:, :, ::1], f8[:, ::1])")
 def growth(E: Any, box: Any) -> float:
     """Return how much |E| stretches a positive vector: below 1 only with a proof for E (n, n, 2).
 
@@ -145,8 +147,9 @@ def growth(E: Any, box: Any) -> float:
     the spectral radius of |E| from above.
     """
     n = box.shape[0]
-    v, image, nothing = np.empty(n), np.empty(n), np.zeros(n)
+    v, image, nothing = np.empty(n), np.empty(n), np.empty(n)
     for i in range(n):
+        nothing[i] = 0.0
         v[i] = up(box[i, 1] - box[i, 0]) + 1e-300
     best = math.inf
     for _ in range(PERRON_STEPS):
@@ -168,7 +171,7 @@ def growth(E: Any, box: Any) -> float:
     return best
 
 
-@njit("void(f8[::1], f8[:, ::1], f8[:, ::1], f8[::1], f8[::1])", cache=True, nogil=True)
+@kernel("void(f8[::1], f8[:, ::1], f8[:, ::1], f8[::1], f8[::1])")
 def first_radii(x: Any, shift: Any, cover: Any, first: Any, radius: Any) -> None:
     """Write a bound of |C F(x)| to ``first`` (n,), and the radii (n,) of a first box around x (>= n,).
 
@@ -245,8 +248,10 @@ def around(
     """
     tries, contractions = steps
     n = box.shape[0]
-    E, first, nothing = np.empty((n, n, 2)), np.empty(n), np.zeros(n)
+    E, first, nothing = np.empty((n, n, 2)), np.empty(n), np.empty(n)
     radius, image, total = np.empty(n), np.empty(n), np.empty(n)
+    for r in range(n):
+        nothing[r] = 0.0
     first_radii(x, shift, cover, first, radius)
     if not inflated(deviate, context, x, first, tries, radius, image, E, box):
         return False
@@ -269,7 +274,7 @@ def around(
     return True
 
 
-@njit("b1(f8[:, ::1], f8[:, ::1], f8[:, ::1], f8[:, :, ::1], f8[:, ::1], f8[:, ::1])", cache=True, nogil=True)
+@kernel("b1(f8[:, ::1], f8[:, ::1], f8[:, ::1], f8[:, :, ::1], f8[:, ::1], f8[:, ::1])")
 def image_of(C: Any, middle: Any, f: Any, E: Any, box: Any, image: Any) -> bool:
     """Write the operator's image (n, 2) of a box (n, 2); True when it lies strictly inside.
 
@@ -310,9 +315,9 @@ def over(residual: Any, deviate: Any, context: Any, C: Any, box: Any, image: Any
     return image_of(C, middle, f, E, box, image)
 
 
-@njit("void(f8[:, ::1], f8[:, ::1], f8[::1], f8[:, ::1])", cache=True, nogil=True)
+@kernel("void(f8[:, ::1], f8[:, ::1], f8[::1], f8[:, ::1])")
 def first_image(C: Any, f: Any, x: Any, image: Any) -> None:
-    """Write about where a Newton step from x (n,) with residuals f (n, 2) leads to image (n, 2), in floats."""
+    """Write about where a Newton step from x (n,) leads to image (n, 2), in floats; C (n, n), f (n, 2)."""
     for i in range(x.shape[0]):
         radius = 0.0
         for j in range(x.shape[0]):
@@ -321,7 +326,7 @@ def first_image(C: Any, f: Any, x: Any, image: Any) -> None:
         image[i, 1] = x[i] + radius
 
 
-@njit("b1(f8[:, ::1], f8[::1], f8, f8[:, ::1])", cache=True, nogil=True)
+@kernel("b1(f8[:, ::1], f8[::1], f8, f8[:, ::1])")
 def inflate(image: Any, x: Any, size: float, box: Any) -> bool:
     """Write the image (n, 2) with a margin to box (n, 2); False where it is not bounded.
 
@@ -337,9 +342,9 @@ def inflate(image: Any, x: Any, size: float, box: Any) -> bool:
     return True
 
 
-@njit("b1(f8[:, ::1], f8[:, ::1])", cache=True, nogil=True)
+@kernel("b1(f8[:, ::1], f8[:, ::1])")
 def refined(image: Any, box: Any) -> bool:
-    """Intersect a box (n, 2) with its image (n, 2), which holds its zeros; True when some side shrank much."""
+    """Intersect a box (n, 2) with its image (n, 2), which holds its zeros; True when a side shrank much."""
     smaller = False
     for i in range(box.shape[0]):
         width = box[i, 1] - box[i, 0]

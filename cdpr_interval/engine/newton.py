@@ -39,10 +39,10 @@ class Pace(NamedTuple):
 # Inlined into its caller: numba does not cache a call that passes a function as a value.
 @njit(cache=True, nogil=True, inline="always")
 def newton(linearise: Any, residual: Any, context: Any, x: Any, C: Any, steps: int, pace: Any) -> float:
-    """Improve x (>= n,) by at most ``steps`` Newton steps; return the last one's length, infinite if they fail.
+    """Improve x (>= n,) by at most ``steps`` Newton steps; return the length of the last one.
 
-    Near the root the derivative is kept, which costs less and converges as fast as the steps are small. ``C``
-    (n, n) is left as the inverse of the last one; ``pace`` is a `Pace`.
+    It is infinite where they fail. Near the root the derivative is kept, which costs less and converges as
+    fast as the steps are small. ``C`` (n, n) is left as the inverse of the last one; ``pace`` is a `Pace`.
     """
     n = C.shape[0]
     here, f = np.empty((n, 2)), np.empty((n, 2))

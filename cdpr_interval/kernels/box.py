@@ -6,10 +6,11 @@ from typing import Any
 
 from numba import njit
 
+from cdpr_interval.kernels.kernel import kernel
 from cdpr_interval.kernels.rounding import down, up
 
 
-@njit("void(f8[:, ::1], f8[:, ::1])", cache=True, nogil=True)
+@kernel("void(f8[:, ::1], f8[:, ::1])")
 def copy(a: Any, out: Any) -> None:
     """Copy a box (n, 2) to out (n, 2); numba takes seconds to compile the checks of a slice's assignment."""
     for k in range(a.shape[0]):
@@ -17,7 +18,7 @@ def copy(a: Any, out: Any) -> None:
         out[k, 1] = a[k, 1]
 
 
-@njit("void(f8[::1], f8[:, ::1])", cache=True, nogil=True)
+@kernel("void(f8[::1], f8[:, ::1])")
 def point(x: Any, out: Any) -> None:
     """Write the box (n, 2) that holds the point x (>= n,) only."""
     for k in range(out.shape[0]):
@@ -25,7 +26,7 @@ def point(x: Any, out: Any) -> None:
         out[k, 1] = x[k]
 
 
-@njit("void(f8[::1], f8[::1], f8[:, ::1])", cache=True, nogil=True)
+@kernel("void(f8[::1], f8[::1], f8[:, ::1])")
 def spread(x: Any, radius: Any, out: Any) -> None:
     """Write a box (n, 2) that holds x (>= n,) +- radius (n,)."""
     for k in range(radius.shape[0]):
@@ -33,7 +34,7 @@ def spread(x: Any, radius: Any, out: Any) -> None:
         out[k, 1] = up(x[k] + radius[k])
 
 
-@njit("void(f8[:, ::1], f8[:, ::1])", cache=True, nogil=True)
+@kernel("void(f8[:, ::1], f8[:, ::1])")
 def meet(a: Any, out: Any) -> None:
     """Intersect the box out (n, 2) with the box a (n, 2)."""
     for k in range(a.shape[0]):
@@ -50,7 +51,7 @@ def contains(outer: Any, inner: Any, n: int) -> bool:
     return True
 
 
-@njit("b1(f8[:, ::1], f8[:, ::1], i8)", cache=True, nogil=True)
+@kernel("b1(f8[:, ::1], f8[:, ::1], i8)")
 def disjoint(a: Any, b: Any, n: int) -> bool:
     """Return True when the first n sides of two boxes (>= n, 2) have no common point."""
     for i in range(n):  # noqa: SIM110 - numba compiles no generator expressions
@@ -59,7 +60,7 @@ def disjoint(a: Any, b: Any, n: int) -> bool:
     return False
 
 
-@njit("void(f8[:, ::1], i8[::1], f8[:, ::1])", cache=True, nogil=True)
+@kernel("void(f8[:, ::1], i8[::1], f8[:, ::1])")
 def gather(a: Any, chosen: Any, out: Any) -> None:
     """Write the chosen (n,) sides of the box a (m, 2) to out (n, 2)."""
     for i in range(chosen.shape[0]):
@@ -67,7 +68,7 @@ def gather(a: Any, chosen: Any, out: Any) -> None:
         out[i, 1] = a[chosen[i], 1]
 
 
-@njit("void(f8[:, ::1], i8[::1], f8[:, ::1])", cache=True, nogil=True)
+@kernel("void(f8[:, ::1], i8[::1], f8[:, ::1])")
 def scatter(a: Any, chosen: Any, out: Any) -> None:
     """Write the box a (n, 2) to the chosen (n,) sides of out (m, 2)."""
     for i in range(chosen.shape[0]):
@@ -75,7 +76,7 @@ def scatter(a: Any, chosen: Any, out: Any) -> None:
         out[chosen[i], 1] = a[i, 1]
 
 
-@njit("void(f8[:, :, ::1], i8, i8, f8, f8)", cache=True, nogil=True)
+@kernel("void(f8[:, :, ::1], i8, i8, f8, f8)")
 def accumulate(out: Any, i: int, j: int, lo: float, hi: float) -> None:
     """Add [lo, hi] to entry (i, j) of an interval matrix (m, n, 2)."""
     out[i, j, 0] = down(out[i, j, 0] + lo)

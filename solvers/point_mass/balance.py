@@ -9,7 +9,8 @@ import numpy as np
 from numba import njit
 
 from cdpr_interval.kernels.dense import solve_in_place
-from cdpr_interval.kernels.interval import add, mag, mid, mul, sub
+from cdpr_interval.kernels.interval import add, mag, mid, mul, scale, sub
+from cdpr_interval.kernels.kernel import kernel
 from cdpr_interval.kernels.rounding import down, up
 
 
@@ -111,33 +112,16 @@ def unbalanced(cables: Any, load: Any, box: Any) -> bool:
     return least_norm(e, m, r, y) and separates(cables, load, box, y)
 
 
-@njit(cache=True, nogil=True)
-def tension_cover(cables: Any, load: Any, box: Any, x: Any, cover: Any) -> bool:
-    """Enclose every vector of multipliers that can balance the load over the cell.
+@kernel()
+def left_inverse(anchors: Any, load: Any, m: int, x: Any, C: Any) -> bool:
+    """Write an approximate left inverse of the arms at p, and the multipliers that balance best there.
 
-    Verified least squares: with E the (3, m) matrix of the arms, C an approximate left inverse at the
-    centre and s the multipliers there, every solution is s + d with |d| <= |C (f - E s)| / (1 - |I - C E|)
-    (largest norms), provided |I - C E| < 1, which also proves full column rank over the cell.
-
-    Parameters
-    ----------
-    x : (3 + m,)
-        Written: centre and multipliers there.
-    cover : (3 + m, 2)
-        Written: the cell and the enclosure of the multipliers.
-
-    Returns
-    -------
-    bool
-        False when full column rank is not proved.
+    ``anchors`` (m, 3, 2), ``load`` (3, 2), C (>= m, 3); x (3 + m,) is p, then these multipliers. False where
+    the arms seem dependent.
     """
-    anchors = cables[1]
-    m = anchors.shape[0]
     gram = np.empty((3, 7))
     e = np.empty((3, 3))
     for j in range(3):
-        x[j] = mid(box[j, 0], box[j, 1])
-        cover[j, 0], cover[j, 1] = box[j, 0], box[j, 1]
         for i in range(m):
             e[i, j] = x[j] - mid(anchors[i, j, 0], anchors[i, j, 1])
     for i in range(m):
@@ -150,33 +134,71 @@ def tension_cover(cables: Any, load: Any, box: Any, x: Any, cover: Any) -> bool:
     for i in range(m):
         x[3 + i] = 0.0
         for j in range(3):
-            x[3 + i] += gram[i, m + j] * mid(load[j, 0], load[j, 1])
-    beta = 0.0
-    error = 0.0
+            C[i, j] = gram[i, m + j]
+            x[3 + i] += C[i, j] * mid(load[j, 0], load[j, 1])
+    return True
+
+
+@kernel()
+def least_squares_error(anchors: Any, load: Any, m: int, box: Any, x: Any, C: Any) -> tuple[float, float]:
+    """Bound |I - C E| and |C (f - E s)| (largest norms) over a cell (3, 2); arrays as in `left_inverse`."""
     arm = np.empty((3, 3, 2))
     rest = np.empty((3, 2))
     for j in range(3):
         rest[j, 0], rest[j, 1] = load[j, 0], load[j, 1]
         for i in range(m):
             arm[i, j, 0], arm[i, j, 1] = sub(box[j, 0], box[j, 1], anchors[i, j, 0], anchors[i, j, 1])
-            lo, hi = mul(x[3 + i], x[3 + i], arm[i, j, 0], arm[i, j, 1])
+            lo, hi = scale(x[3 + i], arm[i, j, 0], arm[i, j, 1])
             rest[j, 0], rest[j, 1] = sub(rest[j, 0], rest[j, 1], lo, hi)
+    beta, error = 0.0, 0.0
     for i in range(m):
         total = 0.0
         for k in range(m):
             slo, shi = (1.0, 1.0) if i == k else (0.0, 0.0)
             for j in range(3):
-                c = gram[i, m + j]
-                lo, hi = mul(c, c, arm[k, j, 0], arm[k, j, 1])
+                lo, hi = scale(C[i, j], arm[k, j, 0], arm[k, j, 1])
                 slo, shi = sub(slo, shi, lo, hi)
             total = up(total + mag(slo, shi))
         beta = max(beta, total)
         slo, shi = 0.0, 0.0
         for j in range(3):
-            c = gram[i, m + j]
-            lo, hi = mul(c, c, rest[j, 0], rest[j, 1])
+            lo, hi = scale(C[i, j], rest[j, 0], rest[j, 1])
             slo, shi = add(slo, shi, lo, hi)
         error = max(error, mag(slo, shi))
+    return beta, error
+
+
+@njit(cache=True, nogil=True)
+def tension_cover(cables: Any, load: Any, box: Any, x: Any, cover: Any) -> bool:
+    """Enclose every vector of multipliers that can balance the load over the cell.
+
+    Verified least squares: with E the (3, m) matrix of the arms, C an approximate left inverse at the
+    centre and s the multipliers there, every solution is s + d with |d| <= |C (f - E s)| / (1 - |I - C E|)
+    (largest norms), provided |I - C E| < 1, which also proves full column rank over the cell.
+
+    Parameters
+    ----------
+    cables, load, box
+        See `solvers.point_mass.system.evaluate`; m <= 3 cables, all of them taut, and a cell (3, 2).
+    x : (3 + m,)
+        Written: centre and multipliers there.
+    cover : (3 + m, 2)
+        Written: the cell and the enclosure of the multipliers.
+
+    Returns
+    -------
+    bool
+        False when full column rank is not proved.
+    """
+    anchors = cables[1]
+    m = anchors.shape[0]
+    C = np.empty((3, 3))
+    for j in range(3):
+        x[j] = mid(box[j, 0], box[j, 1])
+        cover[j, 0], cover[j, 1] = box[j, 0], box[j, 1]
+    if not left_inverse(anchors, load, m, x, C):
+        return False
+    beta, error = least_squares_error(anchors, load, m, box, x, C)
     if not beta < 0.9:
         return False
     radius = up(error / down(1.0 - beta))

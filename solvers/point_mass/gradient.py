@@ -21,12 +21,13 @@ from numba import njit
 from cdpr_interval.engine.krawczyk import LOST, Contractions, around, correction, deviation, preconditioner
 from cdpr_interval.kernels.box import point
 from cdpr_interval.kernels.interval import add, div, mag, mul, sqr, sub
+from cdpr_interval.kernels.kernel import kernel
 from solvers.point_mass.fields import distance
 from solvers.point_mass.system import TRIES
 
 CONTRACTIONS = Contractions(most=6, gain=math.inf)
-"""H jumps where a cable stops being slack anywhere in the box: a step that gains little may be followed by one
-that gains much."""
+"""H jumps where a cable stops being slack anywhere in the box: a step that gains little may be followed by
+one that gains much."""
 
 
 @njit(cache=True, nogil=True)
@@ -94,7 +95,7 @@ def curvature(cables: Any, box: Any, out: Any) -> None:
             out[a, b, 0], out[a, b, 1] = out[b, a, 0], out[b, a, 1]
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, inline="always")
 def deviate(context: Any, box: Any, E: Any) -> None:
     """Enclose I - C H in E (3, 3, 2) over a box (3, 2), see `cdpr_interval.engine.krawczyk`.
 
@@ -106,11 +107,11 @@ def deviate(context: Any, box: Any, E: Any) -> None:
     deviation(C, H, E)
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def correction_at(cables: Any, load: Any, x: Any, around_x: Any, C: Any, shift: Any) -> bool:
-    """Enclose -C F(x) in shift (3, 2) for x (3,), C (3, 3) from the middle of H over a box ``around_x`` (3, 2).
+    """Enclose -C F(x) in shift (3, 2) for x (3,); C (3, 3) inverts the middle of H over ``around_x`` (3, 2).
 
-    False where that is singular. ``cables`` and ``load`` as in `solvers.point_mass.system.evaluate`.
+    False where that is singular. ``cables`` and ``load`` (3, 2) as in `solvers.point_mass.system.evaluate`.
     """
     here, value, H = np.empty((3, 2)), np.empty((3, 2)), np.empty((3, 3, 2))
     point(x, here)
@@ -119,7 +120,7 @@ def correction_at(cables: Any, load: Any, x: Any, around_x: Any, C: Any, shift: 
     if not preconditioner(H, C):
         return False
     correction(C, value, shift)
-    for r in range(3):
+    for r in range(3):  # noqa: SIM110 - numba compiles no generator expressions
         if not mag(shift[r, 0], shift[r, 1]) < LOST:
             return False
     return True

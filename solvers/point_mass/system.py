@@ -27,6 +27,7 @@ from cdpr_interval.engine.newton import Pace, newton
 from cdpr_interval.kernels.box import point
 from cdpr_interval.kernels.dense import solve_in_place
 from cdpr_interval.kernels.interval import add, div, mid, mul, scale, sqr, sub
+from cdpr_interval.kernels.kernel import kernel
 
 NEWTON_STEPS = 2
 """The guesses are near: two steps give the digits that are left."""
@@ -63,7 +64,7 @@ def reach(
     return div(w_lo, w_hi, lo, hi)
 
 
-@njit("void(f8[:, :, ::1], i8[::1], i8, f8[:, ::1], f8[:, :, ::1])", cache=True, nogil=True)
+@kernel("void(f8[:, :, ::1], i8[::1], i8, f8[:, ::1], f8[:, :, ::1])")
 def arms_over(anchors: Any, taut: Any, m: int, box: Any, arms: Any) -> None:
     """Enclose e_i = p - A_i (m, 3, 2) of the first m cables of ``taut`` (>= m,) over a box (>= 3, 2)."""
     for i in range(m):
@@ -133,7 +134,8 @@ def compliance(cables: Any, c: int, t_lo: float, t_hi: float) -> tuple[float, fl
     return -hi, -lo
 
 
-@njit(cache=True, nogil=True)
+# Inlined where they are handed in, which compiles them once.
+@njit(cache=True, nogil=True, inline="always")
 def residual(context: Any, box: Any, out: Any) -> None:
     """Enclose the system (3 + m, 2) over a box (3 + m, 2), see `cdpr_interval.engine.krawczyk`.
 
@@ -143,7 +145,7 @@ def residual(context: Any, box: Any, out: Any) -> None:
     evaluate(cables, load, taut, C.shape[0] - 3, box, arms, out)
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, inline="always")
 def linearise(context: Any, box: Any, out: Any, C: Any) -> bool:
     """Write the system (3 + m, 2) and an approximate inverse C of its Jacobian at a point (3 + m, 2).
 
@@ -181,7 +183,7 @@ def linearise(context: Any, box: Any, out: Any, C: Any) -> bool:
     return True
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, inline="always")
 def deviate(context: Any, box: Any, E: Any) -> None:
     """Enclose I - C J in E (3 + m, 3 + m, 2) over a box (3 + m, 2); context as `residual`."""
     cables, _, taut, arms, C = context

@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cdpr_interval.engine.rows import BOTH, NO_LENGTH, NO_POSITION, NOT_SLACK, OPEN, UNBALANCED, UNSMOOTH
+from cdpr_interval.mechanics.rotation import rotation_at
 from certificates.arithmetic import guess
 from certificates.arithmetic.forms import box_forms, value
 from certificates.balance import unbalanced
@@ -38,7 +39,6 @@ from solvers.six_dof.reasons import look_turn
 from solvers.six_dof.reduction import Reduced
 from solvers.six_dof.roots import Root
 from solvers.six_dof.rotation_cells import FOLD_WIDTH
-from solvers.six_dof.starts import rotation_at
 
 Floats = NDArray[np.float64]
 

@@ -12,7 +12,7 @@ from flint import arb, arb_mat
 from numpy.typing import NDArray
 
 from cdpr_interval.exact import balls
-from cdpr_interval.mechanics.six_dof.arrays import HALF_TURNS
+from cdpr_interval.mechanics.rotation import HALF_TURNS
 from cdpr_interval.mechanics.six_dof.frame import Pose, cayley, half_turn
 from solvers.questions.problem import Problem
 

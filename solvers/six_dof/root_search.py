@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from cdpr_interval.engine.krawczyk import preconditioner
 from cdpr_interval.engine.scratch import Scratch
 from cdpr_interval.kernels.box import copy, point
+from cdpr_interval.kernels.kernel import kernel
 from cdpr_interval.mechanics.six_dof.system import (
     existence_box,
     fill_data,
@@ -153,7 +154,7 @@ def widened(box: Any, lo: Any, hi: Any, free: Any, reach: float, size: float, ou
         out[k, 1] = high + grow
 
 
-@njit("b1(i8[::1], f8[:, :, ::1], i8, i8, f8[::1], f8[::1])", cache=True, nogil=True)
+@kernel("b1(i8[::1], f8[:, :, ::1], i8, i8, f8[::1], f8[::1])")
 def known(charts: Any, unique: Any, count: int, chart: int, lo: Any, hi: Any) -> bool:
     """Return True when the box [lo, hi] (6 + n,) lies in a uniqueness box of this chart.
 
@@ -184,7 +185,7 @@ def next_halving(halving: int, proved: int, growth: float) -> int:
     return min(halving + steps, LAST_HALVING)
 
 
-@njit("b1(f8[:, ::1])", cache=True, nogil=True)
+@kernel("b1(f8[:, ::1])")
 def finite(C: Any) -> bool:
     """Return True when all entries of C (m, m) are finite."""
     for i in range(C.shape[0]):
@@ -194,7 +195,7 @@ def finite(C: Any) -> bool:
     return True
 
 
-@njit("void(f8[:, ::1], f8[::1], f8[::1])", cache=True, nogil=True)
+@kernel("void(f8[:, ::1], f8[::1], f8[::1])")
 def ends(box: Any, lo: Any, hi: Any) -> None:
     """Write the lower and the upper bounds (k,) of a box (k, 2)."""
     for i in range(lo.shape[0]):
@@ -202,8 +203,8 @@ def ends(box: Any, lo: Any, hi: Any) -> None:
         hi[i] = box[i, 1]
 
 
-# Inlined, as the next ones: numba takes long to compile a function that takes a whole model, and what calls the
-# enclosures of cells is compiled with them.
+# Inlined, as the next ones: numba takes long to compile a function that takes a whole model, and what calls
+# the enclosures of cells is compiled with them.
 @njit(cache=True, nogil=True, inline="always")
 def seed(model: Any, system: Any, chart: int, leaf: Any, in_position: bool, at: Any) -> None:
     """Write the pose in the middle of a leaf (width,), tensions that go with it, and the system there."""
@@ -222,7 +223,7 @@ def seed(model: Any, system: Any, chart: int, leaf: Any, in_position: bool, at: 
 
 @njit(cache=True, nogil=True, inline="always")
 def enclosed(system: Any, free: Any, ranges: bool, at: Any, box: Any) -> bool:
-    """Write a box (6 + n, 2) around the zero, in which there is exactly one; False where that is not proved."""
+    """Write a box (6 + n, 2) around the zero that holds exactly one; False where that is not proved."""
     if system.rod:
         across_rod(at.z[:3], at.rows)
     point(at.z, box)
@@ -251,7 +252,7 @@ def pose_bounds(model: Any, scratch: Any, cell: Any, at: Any) -> bool:
 
 @njit(cache=True, nogil=True, inline="always")
 def alone(model: Any, system: Any, bench: Any, chart: int, at: Any, box: Any, unique: Any) -> bool:
-    """Write the largest uniqueness box (6 + n, 2) of a series around a proved box; False where none is proved."""
+    """Write the largest uniqueness box (6 + n, 2) of a series around a proved box; False: none is proved."""
     triple, x = np.empty((3, 3)), np.empty(3)
     turn_cell, pose_cell = np.empty(ROTATION_COLUMNS.width), np.empty(POSE_COLUMNS.width)
     triple_at(at.data, model.orders[0], model.planar, at.z[:3], triple)

@@ -51,6 +51,62 @@ def length_ball(problem: Problem, i: int) -> arb:
     return balls.from_fraction(lo).union(balls.from_fraction(hi)) if lo < hi else balls.from_fraction(lo)
 
 
+@dataclass(frozen=True)
+class Others:
+    """What the cables that do not carry a pose do there."""
+
+    states: tuple[CableState, ...]
+    """Of all cables, file order."""
+    respected: bool | None
+    """None of them is longer than its length; None: undecided."""
+
+
+def states_of(
+    problem: Problem, view: Geometry, certain: dict[int, bool], slack_everywhere: dict[int, bool | None]
+) -> Others:
+    """Return the state of every cable; of the taut ones it is ``certain`` or not that they pull."""
+    states: list[CableState] = []
+    respected: bool | None = True
+    for i in range(len(problem.robot.cables)):
+        if i in certain:
+            states.append(CableState.TAUT if certain[i] else CableState.UNDECIDED)
+            continue
+        slack = slack_everywhere[i] if i in slack_everywhere else is_slack(problem, view, i)
+        states.append(CableState.UNDECIDED if slack is None else CableState.SLACK)
+        if slack is False:
+            respected = False
+        elif slack is None and respected:
+            respected = None
+    return Others(tuple(states), respected)
+
+
+def tensions_and_distances(
+    problem: Problem, view: Geometry, densities: dict[int, arb], pushing: bool
+) -> tuple[Floats, Floats]:
+    """Return the bounds (N, 2) of tensions and distances; without ``pushing`` no tension is negative."""
+    tensions = np.zeros((len(view.distances), 2))
+    distances = np.array([balls.to_bounds(d) for d in view.distances])
+    for i, t in densities.items():
+        length = length_ball(problem, i)
+        tensions[i] = balls.to_bounds(t * length)
+        lo, hi = balls.to_bounds(length)
+        distances[i] = max(distances[i, 0], lo), min(distances[i, 1], hi)
+        if not pushing:
+            tensions[i, 0] = max(tensions[i, 0], 0.0)
+    return tensions, distances
+
+
+def stability_of(
+    view: Geometry, taut: tuple[int, ...], pose: Pose, motions: list[arb_mat], open_state: bool, pushing: bool
+) -> Stability:
+    """Return whether a pose is stable; with ``pushing`` tensions may be negative."""
+    if pushing and any(not t > 0 for t in pose.densities):
+        # Rigid legs: with a pushing leg the energy says nothing; six legs leave no freedom.
+        return Stability.STABLE if len(taut) == 6 else Stability.UNDECIDED
+    spokes, arms = [view.spokes[i] for i in taut], [view.arms[i] for i in taut]
+    return classify(spokes, arms, list(pose.densities), motions, open_state)
+
+
 def pose_solution(
     problem: Problem,
     options: Options,
@@ -69,56 +125,27 @@ def pose_solution(
     """
     view = geometry(problem, pose)
     densities = dict(zip(taut, pose.densities, strict=True))
-    if not options.ignore_tension_sign and any(t < 0 for t in densities.values()):
+    pushing = options.ignore_tension_sign
+    if not pushing and any(t < 0 for t in pose.densities):
         return None
-    states: list[CableState] = []
-    respected: bool | None = True
-    for i in range(len(problem.robot.cables)):
-        if i in densities:
-            certain = options.ignore_tension_sign or densities[i] > 0
-            states.append(CableState.TAUT if certain else CableState.UNDECIDED)
-            continue
-        slack = is_slack(problem, view, i)
-        if slack_everywhere is not None and i in slack_everywhere:
-            slack = slack_everywhere[i]
-        states.append(CableState.UNDECIDED if slack is None else CableState.SLACK)
-        if slack is False:
-            respected = False
-        elif slack is None and respected:
-            respected = None
-    if respected is False and not options.ignore_slack:
+    certain = {i: pushing or bool(t > 0) for i, t in densities.items()}
+    others = states_of(problem, view, certain, slack_everywhere or {})
+    if others.respected is False and not options.ignore_slack:
         return None
-    tensions = np.zeros((len(states), 2))
-    distances = np.array([balls.to_bounds(d) for d in view.distances])
-    for i, t in densities.items():
-        length = length_ball(problem, i)
-        tensions[i] = balls.to_bounds(t * length)
-        lo, hi = balls.to_bounds(length)
-        distances[i] = max(distances[i, 0], lo), min(distances[i, 1], hi)
-        if not options.ignore_tension_sign:
-            tensions[i, 0] = max(tensions[i, 0], 0.0)
+    states = others.states
+    tensions, distances = tensions_and_distances(problem, view, densities, pushing)
     open_state = CableState.UNDECIDED in states
-    stability = classify(
-        [view.spokes[i] for i in taut],
-        [view.arms[i] for i in taut],
-        list(pose.densities),
-        family_motions or [],
-        open_state,
-    )
-    if options.ignore_tension_sign and any(not t > 0 for t in pose.densities):
-        # Rigid legs: with a pushing leg the energy says nothing; six legs leave no freedom.
-        stability = Stability.STABLE if len(taut) == 6 else Stability.UNDECIDED
     return Solution(
         taut=tuple(i for i, s in enumerate(states) if s is CableState.TAUT),
-        cable_states=tuple(states),
+        cable_states=states,
         position=balls.bounds_array(origin(problem.robot, pose)),
         rotation=np.clip(balls.bounds_array(pose.rotation), -1.0, 1.0).reshape(3, 3, 2),
         height=height(problem.robot, pose.centre),
         tensions=tensions,
         distances=distances,
-        slack_respected=respected,
+        slack_respected=others.respected,
         proof=proof,
-        stability=stability,
+        stability=stability_of(view, taut, pose, family_motions or [], open_state, pushing),
         nominal=nominal(problem.robot, pose),
         family=family,
     )

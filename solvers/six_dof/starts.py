@@ -12,6 +12,7 @@ import numpy as np
 from numba import njit
 
 from cdpr_interval.kernels.dense import solve_in_place
+from cdpr_interval.mechanics.rotation import rotation_at
 from solvers.six_dof.columns import ROTATION_COLUMNS
 
 REGULARISATION = 1e-13
@@ -34,21 +35,6 @@ def branch_position(a: Any, b: Any, k2: float, k3: float, square: float, branch:
     height = branch * math.sqrt(max(square - foot, 0.0) / mm)
     for k in range(3):
         z[3 + k] += height * m[k]
-
-
-@njit("void(f8[::1], f8[:, ::1])", cache=True, nogil=True)
-def rotation_at(u: Any, R: Any) -> None:
-    """Write R(u) (3, 3) in floats."""
-    square = u[0] * u[0] + u[1] * u[1] + u[2] * u[2]
-    g = 2.0 / (1.0 + square)
-    for i in range(3):
-        for j in range(3):
-            if i == j:
-                R[i, j] = 1.0 + g * (u[i] * u[i] - square)
-            elif (j - i) % 3 == 1:
-                R[i, j] = g * (u[i] * u[j] - u[3 - i - j])
-            else:
-                R[i, j] = g * (u[i] * u[j] + u[3 - i - j])
 
 
 @njit("void(f8[:, :, ::1], f8[:, ::1], i8, f8[::1])", cache=True, nogil=True)

@@ -26,6 +26,7 @@ from numpy.typing import NDArray
 from cdpr_interval.exact import balls
 from cdpr_interval.exact.range import Range
 from cdpr_interval.mechanics.energy import to_matrix
+from cdpr_interval.mechanics.rotation import best_chart
 from cdpr_interval.mechanics.six_dof import system as newton
 from cdpr_interval.mechanics.six_dof.arrays import Model, build_model
 from cdpr_interval.mechanics.six_dof.frame import Frame, Pose, centred_cayley, coordinates, half_turn
@@ -166,18 +167,6 @@ def switch_at(
     if start is None:
         return None
     return proved_near(problem, cables, k, chart, system, start)
-
-
-def best_chart(rotation: Floats) -> int:
-    """Return the chart whose entry of the quaternion is largest."""
-    r = rotation
-    squares = [
-        1 + r[0, 0] + r[1, 1] + r[2, 2],
-        1 + r[0, 0] - r[1, 1] - r[2, 2],
-        1 - r[0, 0] + r[1, 1] - r[2, 2],
-        1 - r[0, 0] - r[1, 1] + r[2, 2],
-    ]
-    return int(np.argmax(squares))
 
 
 def with_given_tension(J: arb_mat, k: int) -> arb_mat:

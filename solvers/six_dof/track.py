@@ -17,16 +17,22 @@ A region too large for one of these is halved. ``z`` = (u, p, t) as in ``system`
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
-from numba import njit
+from numba import njit, types
+from numpy.typing import NDArray
 
 from cdpr_interval.engine.krawczyk import Tries, correction, growth, inflated, stretched
 from cdpr_interval.kernels import interval, interval_matrix
-from cdpr_interval.kernels.box import accumulate, contains, gather, meet, scatter, spread
+from cdpr_interval.kernels.box import accumulate, contains, gather, meet, point, scatter, spread
+from cdpr_interval.kernels.kernel import kernel
 from cdpr_interval.kernels.rounding import down, up
+from cdpr_interval.mechanics.rotation import rotation_interval
 from cdpr_interval.mechanics.six_dof import system as newton
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
 
 TRACKED, NO_ROOT, MOVED, TIGHT, LOOSE, SINGULAR, SEVERAL, BROAD = range(8)
 """What ``track`` says: proved; Newton found no pose; it lies outside the region; a slack cable may be tight;
@@ -44,6 +50,38 @@ WIDEST_TURN = 0.5
 """Largest tan(angle / 2) |u| of a region: the bound of u has no pole near."""
 OUTWARD = 1.0 + 1e-12
 """Makes up for the rounding of a tangent and of a few operations."""
+
+
+class Subset(NamedTuple):
+    """A taut subset, n of N cables."""
+
+    taut: Ints
+    """(n,)."""
+    others: Ints
+    """(N - n,) all other cables."""
+    rows: Floats
+    """(m - n, 6) combinations of the statics equations in the square system of the taut cables."""
+    free: Ints
+    """(m,) unknowns of that."""
+
+
+class Regions(NamedTuple):
+    """The regions that are tried: their radius is ``radius / 2^k``, k = first..last.
+
+    A larger one comes first where the pose has left that of ``first``.
+    """
+
+    size: float
+    """m: a length of the platform."""
+    radius: float
+    """m."""
+    first: int
+    last: int
+
+
+array, index = types.float64, types.int64
+SUBSET = types.NamedTuple([index[::1], index[::1], array[:, ::1], index[::1]], Subset)
+REGIONS = types.NamedTuple([array, array, index, index], Regions)
 
 
 @njit("b1(f8[::1], f8, f8, f8[:, ::1])", cache=True, nogil=True)
@@ -133,7 +171,7 @@ def tensions(data: Any, R: Any, X: Any, size: float, T: Any) -> bool:
     return bool(interval_matrix.solve(A, T))
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, inline="always")
 def everywhere(context: Any, box: Any, E: Any) -> None:
     """Leave E (m, m, 2), which encloses I - C J over all of X, as it is for any box (m, 2) in X."""
 
@@ -144,10 +182,10 @@ def everywhere(context: Any, box: Any, E: Any) -> None:
     nogil=True,
 )
 def box_around(f: Any, E: Any, free: Any, C: Any, z: Any, X: Any, box: Any) -> bool:
-    """Write a box (6 + n, 2) around z (6 + n,) that the Krawczyk operator maps strictly into itself, contracted.
+    """Write a box around z that the Krawczyk operator maps strictly into itself, contracted.
 
-    ``f`` (m, 2) are the residuals at z for every choice of data, ``E`` (m, m, 2) encloses I - C J over all of X
-    (6 + n, 2), with C (m, m).
+    ``z`` (6 + n,), ``free`` (m,), ``X`` and ``box`` (6 + n, 2), ``C`` (m, m). ``f`` (m, 2) are the residuals
+    at z for every choice of data, ``E`` (m, m, 2) encloses I - C J over all of X.
 
     Guarantee: with True the box lies in X, and for every choice of data it holds exactly one zero, the only
     one in X.
@@ -183,7 +221,7 @@ def lone(E: Any, free: Any, X: Any) -> bool:
     return growth(E, room) < 1.0
 
 
-@njit("void(f8[:, :, ::1], f8[:, ::1], i8[::1], f8[:, ::1], f8[:, ::1])", cache=True, nogil=True)
+@njit(cache=True, nogil=True, inline="always")
 def contract(data: Any, rows: Any, free: Any, C: Any, box: Any) -> None:
     """Intersect a box (6 + n, 2) with its image under the Krawczyk operator, which holds all its zeros."""
     image = np.empty(box.shape)
@@ -219,45 +257,56 @@ def holds(z: Any, box: Any, radius: float, size: float) -> bool:
     return clo > 0.0 and phi <= down(radius * radius) and vhi <= down(most * most)
 
 
+@kernel("b1(f8[:, ::1], i8[::1])")
+def ranged(lengths: Any, chosen: Any) -> bool:
+    """Return True when one of the chosen (n,) lengths (N, 2) is a range."""
+    for i in range(chosen.shape[0]):  # noqa: SIM110 - numba compiles no generator expressions
+        if lengths[chosen[i], 0] < lengths[chosen[i], 1]:
+            return True
+    return False
+
+
+@njit(cache=True, nogil=True, inline="always")
+def loads(far: Any, data: Any, taut: Any, others: Any, size: float, X: Any) -> tuple[int, int]:
+    """Prove over a region that the cables ``taut`` (n,) carry and the ``others`` (N - n,) do not.
+
+    ``data`` (n + 1, 7, 2) and ``far`` (N - n + 1, 7, 2) are their numbers, see ``fill_data``. X (6 + n, 2)
+    bounds u and p, and is given the bounds of t. Returns ``TRACKED`` and -1, or why not and the cable it
+    hangs on, -1 for none.
+    """
+    n = taut.shape[0]
+    T, R, slopes = np.empty((n, 1, 2)), np.empty((3, 3, 2)), np.empty((3, 3, 3, 2))
+    rotation_interval(X, R, slopes)
+    cable = tight_cable(far, R, X)
+    if cable >= 0:
+        return TIGHT, others[cable]
+    if not tensions(data, R, X, size, T):
+        return SINGULAR, -1
+    for i in range(n):
+        if not T[i, 0, 0] > 0.0:
+            cable = taut[i]
+        X[6 + i, 0], X[6 + i, 1] = T[i, 0, 0], T[i, 0, 1]
+    return (LOOSE, cable) if cable >= 0 else (TRACKED, -1)
+
+
 @njit(
-    "UniTuple(i8, 3)(f8[:, :, ::1], f8[:, ::1], f8[:, ::1], i8[::1], i8[::1], f8[:, ::1], i8[::1], f8, f8, "
-    "i8, i8, f8[::1], f8[::1], f8[:, ::1])",
+    types.UniTuple(types.int64, 3)(
+        array[:, :, ::1], array[:, ::1], array[:, ::1], SUBSET, REGIONS, array[::1], array[::1], array[:, ::1]
+    ),
     cache=True,
     nogil=True,
 )
 def track(
-    cables: Any,
-    load: Any,
-    lengths: Any,
-    taut: Any,
-    others: Any,
-    rows: Any,
-    free: Any,
-    size: float,
-    radius: float,
-    first: int,
-    last: int,
-    z: Any,
-    root: Any,
-    box: Any,
+    cables: Any, load: Any, lengths: Any, subset: Any, regions: Any, z: Any, root: Any, box: Any
 ) -> tuple[int, int, int]:
     """Prove the one static pose in the region around the pose of z.
 
     Parameters
     ----------
-    cables : (N, 6, 2)
-        A_i and D_c b_i, in the chart c of z.
-    load : (3, 2)
-    lengths : (N, 2)
-    taut, others : (n,), (N - n,)
-        The taut subset and all other cables.
-    rows, free
-        The square system of n taut cables.
-    size
-        A length of the platform, m.
-    radius, first, last
-        Regions have the radius ``radius / 2^k``, k = first..last; a larger one comes first where the pose
-        has left that of ``first``.
+    cables, load, lengths : (N, 6, 2), (3, 2), (N, 2)
+        A_i and D_c b_i, in the chart c of z, the load, and the lengths.
+    subset, regions
+        `Subset` and `Regions`.
     z : (6 + n,)
         Reference pose, and where Newton starts with its tensions.
     root : (6 + n,)
@@ -274,8 +323,10 @@ def track(
     Guarantee
     ---------
     With TRACKED, for every choice of the lengths the robot has exactly one static pose in the region;
-    it lies in the box, and the cables of ``taut`` are those that carry load.
+    it lies in the box, and the cables of ``subset.taut`` are those that carry load.
     """
+    taut, others, rows, free = subset
+    size, radius, first, last = regions
     n, m = taut.shape[0], free.shape[0]
     data, far = np.empty((n + 1, 7, 2)), np.empty((others.shape[0] + 1, 7, 2))
     fill_data(cables, load, lengths, taut, data)
@@ -285,10 +336,9 @@ def track(
         root[k] = z[k]
     if not newton.improve(data, rows, free, root, C, NEWTON_STEPS):
         return NO_ROOT, first, -1
-    X, T, R, slopes = np.empty((6 + n, 2)), np.empty((n, 1, 2)), np.empty((3, 3, 2)), np.empty((3, 3, 3, 2))
-    for k in range(6 + n):
-        box[k, 0], box[k, 1] = root[k], root[k]
-        X[k, 0], X[k, 1] = root[k], root[k]
+    X = np.empty((6 + n, 2))
+    point(root, X)
+    point(root, box)
     newton.residual_at(data, rows, box, f)
     # A step may leave the region that was right for the one before.
     while first > 0 and not holds(z, box, radius * 0.5**first, size):
@@ -299,27 +349,14 @@ def track(
             continue
         if not holds(z, box, radius * 0.5**k, size):
             return status, k, cable
-        newton.rotation_interval(X, R, slopes)
-        cable = tight_cable(far, R, X)
-        if cable >= 0:
-            status, cable = TIGHT, others[cable]
-            continue
-        status = LOOSE if tensions(data, R, X, size, T) else SINGULAR
-        for i in range(n):
-            if status == LOOSE and not T[i, 0, 0] > 0.0:
-                cable = taut[i]
-            if m > 6:
-                X[6 + i, 0], X[6 + i, 1] = T[i, 0, 0], T[i, 0, 1]
-        if status == SINGULAR or cable >= 0:
+        status, cable = loads(far, data, taut, others, size, X)
+        if status != TRACKED:
             continue
         newton.krawczyk_matrix(data, rows, free, C, X, E)
         if box_around(f, E, free, C, root, X, box) and holds(z, box, radius * 0.5**k, size):
-            status = TRACKED
-            break
+            if ranged(lengths, taut):
+                # The derivative over the box itself gives narrower bounds than the one over the region.
+                contract(data, rows, free, C, box)
+            return TRACKED, k, -1
         status = BROAD if lone(E, free, X) else SEVERAL
-    for i in range(n):
-        if status == TRACKED and lengths[taut[i], 0] < lengths[taut[i], 1]:
-            # Where they are ranges the derivative over the box itself gives narrower bounds.
-            contract(data, rows, free, C, box)
-            break
     return status, k, cable

@@ -19,8 +19,8 @@ from numpy.typing import NDArray
 from cdpr_interval.errors import InputError
 from cdpr_interval.exact.enclosure import Bounds, enclose
 from cdpr_interval.mechanics.loaded import loaded
-from cdpr_interval.mechanics.orientation import Quaternion
-from cdpr_interval.mechanics.six_dof.arrays import HALF_TURNS, platform_size
+from cdpr_interval.mechanics.rotation import HALF_TURNS, chart_of, quaternion_of
+from cdpr_interval.mechanics.six_dof.arrays import platform_size
 from cdpr_interval.mechanics.six_dof.fields import Cables, Fields, fill_fields
 from cdpr_interval.mechanics.six_dof.frame import Frame
 from cdpr_interval.mechanics.stability import Stability
@@ -36,7 +36,18 @@ from solvers.six_dof import scope
 from solvers.six_dof.forward import solve
 from solvers.six_dof.prepared import cables_of
 from solvers.six_dof.roots import GENERAL, GEOMETRY, system_of
-from solvers.six_dof.track import BROAD, LOOSE, MOVED, NO_ROOT, SINGULAR, TIGHT, TRACKED, track
+from solvers.six_dof.track import (
+    BROAD,
+    LOOSE,
+    MOVED,
+    NO_ROOT,
+    SINGULAR,
+    TIGHT,
+    TRACKED,
+    Regions,
+    Subset,
+    track,
+)
 from solvers.six_dof.tracked_pose import Region, TrackedPose, TrackStatus
 
 Floats = NDArray[np.float64]
@@ -72,10 +83,7 @@ class Place:
     chart: int
     z: Floats
     """(6 + n,) u, p and t, middles."""
-    taut: Ints
-    others: Ints
-    rows: Floats
-    free: Ints
+    subset: Subset
     halvings: int = 0
     """The region proved last had the first radius halved so often."""
 
@@ -179,7 +187,7 @@ class Tracker:
             z[6:] = start.tensions[taut].mean(axis=-1) / start.distances[taut].mean(axis=-1)
         others = np.array([i for i in range(self._count) if i not in start.taut], dtype=np.int64)
         taut_cables = np.array(start.taut, dtype=np.int64)
-        self._place = Place(chart, z, taut_cables, others, system.rows, system.free[0].copy())
+        self._place = Place(chart, z, Subset(taut_cables, others, system.rows, system.free[0].copy()))
 
     def warm_up(self) -> None:
         """Compile or load the kernels now, so that no later call waits for them (many seconds once)."""
@@ -225,14 +233,7 @@ class Tracker:
         there is. The region is halved until the proof succeeds: it shrinks where a cable is nearly
         slack or taut, and near a singular pose.
         """
-        bounds = quick_bounds(lengths, self._count)
-        known = self._loaded
-        force = ZERO_FORCE if external_force is None else force_key(external_force)
-        if bounds is None or known is None or force is None or force != known.key:
-            names = self._robot.cable_names
-            bounds, load = checked(lengths, bounds, names, self._under, external_force)
-        else:
-            load = known
+        bounds, load = self._question(lengths, external_force)
         if self._place is None:
             reason = self._begin(lengths, load)
             if reason:
@@ -244,22 +245,16 @@ class Tracker:
             self._charts[place.chart],
             load.bounds,
             bounds,
-            place.taut,
-            place.others,
-            place.rows,
-            place.free,
-            self._size,
-            self._radius,
-            self._first(place),
-            self._last,
+            place.subset,
+            Regions(self._size, self._radius, self._first(place), self._last),
             place.z,
             root,
             box,
         )
         region = self._region(place, halvings)
-        taut = tuple(place.taut.tolist())
+        taut = tuple(place.subset.taut.tolist())
         if status == TRACKED:
-            fields = self._fields(load, place.chart, box, place.taut, bounds)
+            fields = self._fields(load, place.chart, box, place.subset.taut, bounds)
             if np.isfinite(fields.tensions).all():
                 # Proved positive; wide bounds of six tensions may still reach below zero.
                 np.maximum(fields.tensions, 0.0, out=fields.tensions)
@@ -268,6 +263,14 @@ class Tracker:
             status = SINGULAR
         place.halvings = 0
         return TrackedPose(TrackStatus.LOST, self._reason(status, cable, region), region, taut, None)
+
+    def _question(self, lengths: Any, external_force: Any) -> tuple[Bounds, Load]:
+        """Return the bounds of the lengths in m, and what follows from the force; raise if they are wrong."""
+        bounds, known = quick_bounds(lengths, self._count), self._loaded
+        force = ZERO_FORCE if external_force is None else force_key(external_force)
+        if bounds is None or known is None or force is None or force != known.key:
+            return checked(lengths, bounds, self._robot.cable_names, self._under, external_force)
+        return bounds, known
 
     def _first(self, place: Place) -> int:
         """Return how often the first region of this update is halved."""
@@ -376,24 +379,3 @@ def charts_of(cables: Cables) -> Floats:
             b = cables.arms[:, k, 0]
             charts[c, :, 3 + k] = b if HALF_TURNS[c, k] > 0.0 else -b[:, ::-1]
     return charts
-
-
-def quaternion_of(chart: int, z: Floats) -> Quaternion:
-    """Return (w, x, y, z) of R(u) D_c, not normalised; its entries are exactly 1 and those of u, signed."""
-    x, y, z_ = z[:3].tolist()
-    products = (
-        (1.0, x, y, z_),
-        (-x, 1.0, z_, -y),
-        (-y, -z_, 1.0, x),
-        (-z_, y, -x, 1.0),
-    )
-    return products[chart]
-
-
-def chart_of(quaternion: Quaternion) -> tuple[int, tuple[float, float, float]]:
-    """Return the chart c and u, all entries at most 1, with R(u) D_c near the rotation of a quaternion."""
-    sizes = [abs(q) for q in quaternion]
-    chart = sizes.index(max(sizes))
-    w, x, y, z = (q / quaternion[chart] for q in quaternion)
-    # The inverses of ``quaternion_of``.
-    return chart, ((x, y, z), (-w, -z, y), (z, -w, -x), (-y, x, -w))[chart]

@@ -18,7 +18,7 @@ from cdpr_interval.engine.rows import EMPTY, EQUATION, OPEN, PIVOT, SCRATCH, SMA
 from cdpr_interval.kernels import second_order
 from cdpr_interval.kernels.lanes import LANES
 from cdpr_interval.kernels.second_order import ROTATION_ONLY, WHOLE_POSE, Symbols, width
-from cdpr_interval.mechanics.six_dof.arrays import HALF_TURNS
+from cdpr_interval.mechanics.rotation import HALF_TURNS
 from cdpr_interval.mechanics.six_dof.rows import FORMS, WORK
 from solvers.six_dof.cell_kinds import POSE_CELLS, ROTATION_CELLS
 from solvers.six_dof.subset_search import root_rows

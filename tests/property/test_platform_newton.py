@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+from cdpr_interval.engine import krawczyk
 from cdpr_interval.engine.budget import Budget
-from cdpr_interval.engine.krawczyk import preconditioner
 from cdpr_interval.exact.enclosure import enclose
 from cdpr_interval.exact.range import Range, RangeVector
 from cdpr_interval.mechanics.six_dof import system as newton
@@ -22,8 +22,10 @@ from solvers.six_dof.cell_kinds import POSE_CELLS
 from solvers.six_dof.columns import POSE_COLUMNS
 from solvers.six_dof.root_search import FEW_LEAVES
 from solvers.six_dof.roots import GENERAL, GEOMETRY, PLANAR, Prover, Root
+from tests.kernel_callers import Callers
 from tests.planted_platform import HALF_TURN_SIGNS, Planted, plant, shifted
 
+called = Callers(krawczyk)
 TAUT = (2, 3, 4, 5, 6)
 WIDTHS = (Fraction(0), Fraction(1, 10**6))
 every_count = pytest.mark.parametrize("n", TAUT)
@@ -233,7 +235,7 @@ def setup(prover: Prover, chart: int, z: Any) -> tuple[Any, Any, Any]:
     m = len(free)
     f, J, C = np.empty((m, 2)), np.empty((m, m, 2)), np.empty((m, m))
     newton.jacobian_over(data_of(prover.model, chart), rows, free, np.column_stack([z, z]), f, J)
-    assert preconditioner(J, C)
+    assert called.preconditioner(J, C)
     return rows, free, C
 
 

@@ -13,15 +13,17 @@ import pytest
 from flint import arb, ctx
 
 from cdpr_interval import load_robot
-from cdpr_interval.engine.krawczyk import preconditioner
+from cdpr_interval.engine import krawczyk
 from cdpr_interval.exact.enclosure import enclose
 from cdpr_interval.mechanics.loaded import loaded
+from cdpr_interval.mechanics.rotation import chart_of, quaternion_of, rotation_interval
 from cdpr_interval.mechanics.six_dof import system as newton
 from solvers import forward_kinematics
 from solvers.six_dof import track as pt
 from solvers.six_dof.prepared import cables_of as report_cables
 from solvers.six_dof.roots import GENERAL, GEOMETRY, system_of
-from solvers.six_dof.tracker import Tracker, chart_of, charts_of, quaternion_of
+from solvers.six_dof.tracker import Tracker, charts_of
+from tests.kernel_callers import Callers
 from tests.planted.platform import Planted as PlantedRobot
 from tests.planted.platform import plant as plant_robot
 from tests.planted_platform import (
@@ -39,6 +41,7 @@ from tests.planted_platform import (
 )
 from tests.tracked_region import check_alone, depth, is_finite, moved, start_at, widest
 
+called = Callers(krawczyk, pt)
 TAUT = (2, 3, 4, 5, 6)
 every_count = pytest.mark.parametrize("n", TAUT)
 
@@ -248,7 +251,7 @@ def test_tensions_hold_the_planted_ones(n: int) -> None:
             R, slopes = np.empty((3, 3, 2)), np.empty((3, 3, 3, 2))
             X[6:] = 0.0
             assert pt.region(z, radius, 0.5, X)
-            newton.rotation_interval(X, R, slopes)
+            rotation_interval(X, R, slopes)
             if pt.tensions(data, R, X, 0.5, T):
                 done += 1
                 assert contains(T[:, 0], robot.t)
@@ -269,7 +272,7 @@ def test_a_cable_is_only_called_slack_where_it_is_everywhere(n: int) -> None:
             X, R, slopes = np.empty((6 + n, 2)), np.empty((3, 3, 2)), np.empty((3, 3, 3, 2))
             X[6:] = 0.0
             assert pt.region(z, radius, 0.5, X)
-            newton.rotation_interval(X, R, slopes)
+            rotation_interval(X, R, slopes)
             u, p = [Fraction(x) for x in z[:3]], [Fraction(x) for x in z[3:6]]
             # How long the cables are at the planted pose, and a bit more.
             more = radius * rng.choice([-1.0, 0.0, 1e-9, 0.5, 3.0, 30.0])
@@ -309,7 +312,7 @@ def krawczyk_parts(robot: Planted, z: Any, lengths: Any, X: Any) -> tuple[Any, .
     C, E, f, J = np.empty((m, m)), np.empty((m, m, 2)), np.empty((m, 2)), np.empty((m, m, 2))
     thin = np.stack([z, z], axis=-1)
     newton.jacobian_over(data, rows, free, thin, f, J)
-    assert preconditioner(J, C)
+    assert called.preconditioner(J, C)
     newton.residual_at(data, rows, thin, f)
     newton.krawczyk_matrix(data, rows, free, C, X, E)
     return data, f, E, rows, free, C
@@ -380,8 +383,8 @@ def run_track(
     z = z.copy()
     if n == 6:
         z[6:] = 0.0
-    arguments = (taut, others, system.rows, system.free[0].copy(), size, radius, 0, last, z, root, box)
-    return *pt.track(cables, load, lengths, *arguments), box
+    subset = pt.Subset(taut, others, system.rows, system.free[0].copy())
+    return *pt.track(cables, load, lengths, subset, pt.Regions(size, radius, 0, last), z, root, box), box
 
 
 @every_count

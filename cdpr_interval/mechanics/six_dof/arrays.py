@@ -17,12 +17,10 @@ from numpy.typing import NDArray
 
 from cdpr_interval.exact.enclosure import enclose
 from cdpr_interval.exact.range import Range, RangeVector
+from cdpr_interval.mechanics.rotation import HALF_TURNS
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
-
-HALF_TURNS = np.array([[1.0, 1.0, 1.0], [1.0, -1.0, -1.0], [-1.0, 1.0, -1.0], [-1.0, -1.0, 1.0]])
-"""Diagonals of D_c for c = 0..3; chart c holds the unit quaternions whose entry c is largest."""
 
 
 class Model(NamedTuple):

@@ -13,8 +13,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from cdpr_interval.kernels import interval, interval_matrix
-from cdpr_interval.mechanics.six_dof.arrays import HALF_TURNS
-from cdpr_interval.mechanics.six_dof.system import rotation_interval
+from cdpr_interval.mechanics.rotation import model_rotation
 
 Floats = NDArray[np.float64]
 
@@ -66,33 +65,6 @@ class Fields(NamedTuple):
     """(m, N, 2); zero for the other cables."""
     verdicts: NDArray[np.int64]
     """(m,) ``STABLE``, ``UNSTABLE`` (where no tension or slack is zero) or ``OPEN``."""
-
-
-@njit("void(f8[:, ::1], i8, f8[:, :, :, ::1], f8[:, :, ::1], f8[:, :, ::1])", cache=True, nogil=True)
-def model_rotation(box: Any, chart: int, slopes: Any, point: Any, out: Any) -> None:
-    """Enclose R(u) D_c over a box of u: R itself, and R(m) + sum dR/du_k (u_k - m_k).
-
-    The second keeps wide boxes (length ranges) from being overestimated, the first thin ones from rounding.
-    ``slopes`` (3, 3, 3, 2) and ``point`` (3, 3, 2) are scratch.
-    """
-    middle = np.empty((3, 2))
-    for k in range(3):
-        middle[k, 0] = interval.mid(box[k, 0], box[k, 1])
-        middle[k, 1] = middle[k, 0]
-    rotation_interval(middle, point, slopes)
-    rotation_interval(box, out, slopes)
-    for i in range(3):
-        for j in range(3):
-            lo, hi = point[i, j, 0], point[i, j, 1]
-            for k in range(3):
-                a, b = interval.sub(box[k, 0], box[k, 1], middle[k, 0], middle[k, 1])
-                a, b = interval.mul(slopes[k, i, j, 0], slopes[k, i, j, 1], a, b)
-                lo, hi = interval.add(lo, hi, a, b)
-            lo, hi = max(lo, out[i, j, 0]), min(hi, out[i, j, 1])
-            if HALF_TURNS[chart, j] > 0.0:
-                out[i, j, 0], out[i, j, 1] = lo, hi
-            else:
-                out[i, j, 0], out[i, j, 1] = -hi, -lo
 
 
 @njit("void(f8[:, :, ::1], f8[:, :, ::1])", cache=True, nogil=True)

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from cdpr_interval.exact import balls
 from cdpr_interval.exact.range import Range, RangeVector
 from cdpr_interval.exact.vector import Vector
-from cdpr_interval.mechanics.six_dof.arrays import HALF_TURNS
+from cdpr_interval.mechanics.rotation import HALF_TURNS
 from cdpr_interval.mechanics.six_dof.fields import FrameBounds
 
 Floats = NDArray[np.float64]

@@ -22,65 +22,14 @@ from cdpr_interval.engine.krawczyk import growth as stretch
 from cdpr_interval.engine.newton import Pace, newton
 from cdpr_interval.kernels import interval
 from cdpr_interval.kernels.box import accumulate, copy, gather, point, scatter
+from cdpr_interval.kernels.kernel import kernel
 from cdpr_interval.kernels.rounding import down, up
+from cdpr_interval.mechanics.rotation import rotation_interval
 
 PACE = Pace(converged=1e-14, stalled=1e-10, fresh=1e-3, slow=0.1, lost=1e6)
 """Newton's steps; unknowns lie near 1, in units near the platform's own."""
 CONVERGED = 1e-9
 """Length of the last step at which its root is one, though the steps ended before they were short enough."""
-
-
-@njit("void(f8[:, ::1], f8[:, :, ::1], f8[:, :, :, ::1])", cache=True, nogil=True)
-def rotation_interval(z: Any, R: Any, dR: Any) -> None:
-    """Enclose R(u) (3, 3, 2) and its derivatives dR[k] (3, 3, 3, 2) over the box z."""
-    slo, shi = 1.0, 1.0
-    for k in range(3):
-        a, b = interval.sqr(z[k, 0], z[k, 1])
-        slo, shi = interval.add(slo, shi, a, b)
-    glo, ghi = interval.div(2.0, 2.0, slo, shi)
-    # N = [u]_x + u u^T - |u|^2 I and dN/du_k, exact products of the entries of u.
-    for i in range(3):
-        for j in range(3):
-            if i == j:
-                a, b = (i + 1) % 3, (i + 2) % 3
-                qlo, qhi = interval.sqr(z[a, 0], z[a, 1])
-                rlo, rhi = interval.sqr(z[b, 0], z[b, 1])
-                nlo, nhi = interval.add(qlo, qhi, rlo, rhi)
-                nlo, nhi = -nhi, -nlo
-            else:
-                k = 3 - i - j
-                nlo, nhi = interval.mul(z[i, 0], z[i, 1], z[j, 0], z[j, 1])
-                # [u]_x has -u_k at (i, j) when (i, j, k) is an even permutation, +u_k otherwise.
-                if (j - i) % 3 == 1:
-                    nlo, nhi = interval.sub(nlo, nhi, z[k, 0], z[k, 1])
-                else:
-                    nlo, nhi = interval.add(nlo, nhi, z[k, 0], z[k, 1])
-            nlo, nhi = interval.mul(glo, ghi, nlo, nhi)
-            for k in range(3):
-                dlo, dhi = 0.0, 0.0
-                if i == j:
-                    if k != i:
-                        dlo, dhi = -2.0 * z[k, 1], -2.0 * z[k, 0]
-                else:
-                    if k == i:
-                        dlo, dhi = z[j, 0], z[j, 1]
-                    elif k == j:
-                        dlo, dhi = z[i, 0], z[i, 1]
-                    elif (j - i) % 3 == 1:
-                        dlo, dhi = -1.0, -1.0
-                    else:
-                        dlo, dhi = 1.0, 1.0
-                # d(g N) = g dN - g u_k (g N), since dg/du_k = -g^2 u_k.
-                tlo, thi = interval.mul(z[k, 0], z[k, 1], nlo, nhi)
-                dlo, dhi = interval.sub(dlo, dhi, tlo, thi)
-                dlo, dhi = interval.mul(glo, ghi, dlo, dhi)
-                dR[k, i, j, 0] = dlo
-                dR[k, i, j, 1] = dhi
-            if i == j:
-                nlo, nhi = interval.add(1.0, 1.0, nlo, nhi)
-            # The entries of a rotation lie in [-1, 1].
-            R[i, j, 0] = max(nlo, -1.0)
-            R[i, j, 1] = min(nhi, 1.0)
 
 
 @njit(cache=True, nogil=True)
@@ -244,15 +193,16 @@ def residual_at(data: Any, rows: Any, z: Any, out: Any) -> None:
     keep(n, rows, f, out)
 
 
-@njit(cache=True, nogil=True)
+# Inlined where they are handed in: the system is large, and would be compiled once more in each of them.
+@njit(cache=True, nogil=True, inline="always")
 def residual(context: Any, part: Any, f: Any) -> None:
     """Enclose the reduced equations over a box of the free unknowns, see `cdpr_interval.engine.krawczyk`.
 
     Parameters
     ----------
     context
-        ``(data, rows, free, C, z)``: (n + 1, 7, 2), (m - n, 6), (m,), (m, m), (6 + n, 2); z holds the unknowns
-        that are fixed, and is scratch for the others.
+        ``(data, rows, free, C, z)``: (n + 1, 7, 2), (m - n, 6), (m,), (m, m), (6 + n, 2); z holds the
+        unknowns that are fixed, and is scratch for the others.
     part, f : (m, 2)
         The box, and the equations.
     """
@@ -261,7 +211,7 @@ def residual(context: Any, part: Any, f: Any) -> None:
     residual_at(data, rows, z, f)
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, inline="always")
 def deviate(context: Any, part: Any, E: Any) -> None:
     """Enclose I - C J in E (m, m, 2) over a box (m, 2) of the free unknowns; context as ``residual``."""
     data, rows, free, C, z = context
@@ -269,7 +219,7 @@ def deviate(context: Any, part: Any, E: Any) -> None:
     krawczyk_matrix(data, rows, free, C, z, E)
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, inline="always")
 def linearise(context: Any, part: Any, f: Any, C: Any) -> bool:
     """Write residuals f (m, 2) and inverse C (m, m) at ``part`` (m, 2), see `cdpr_interval.engine.newton`."""
     data, rows, free, _, z = context
@@ -295,9 +245,7 @@ def improve(data: Any, rows: Any, free: Any, z: Any, C: Any, steps: int) -> bool
     return last < CONVERGED
 
 
-@njit(
-    "void(f8[:, :, ::1], f8[:, ::1], i8[::1], f8[:, ::1], f8[:, ::1], f8[:, :, ::1])", cache=True, nogil=True
-)
+@njit(cache=True, nogil=True, inline="always")
 def krawczyk_matrix(data: Any, rows: Any, free: Any, C: Any, z: Any, out: Any) -> None:
     """Enclose I - C J(z) in out (m, m, 2) over the box z (6 + n, 2)."""
     m = free.shape[0]
@@ -306,7 +254,7 @@ def krawczyk_matrix(data: Any, rows: Any, free: Any, C: Any, z: Any, out: Any) -
     deviation(C, J, out)
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, inline="always")
 def apply(context: Any, part: Any, image: Any) -> bool:
     """Apply the Krawczyk operator to a box (m, 2) of the free unknowns; context as ``residual``."""
     return over(residual, deviate, context, context[3], part, image)
@@ -329,7 +277,7 @@ def krawczyk(data: Any, rows: Any, free: Any, C: Any, z: Any, image: Any) -> boo
     return inside
 
 
-@njit("f8(f8[::1])", cache=True, nogil=True)
+@kernel("f8(f8[::1])")
 def largest(z: Any) -> float:
     """Return the largest coordinate of the pose of z (>= 6,): unknowns near 0 are off by its rounding."""
     most = 0.0
