@@ -1,10 +1,15 @@
-"""numba's cache on disk: one folder for each digest of the sources, and one process at a time.
+"""numba's cache on disk: a folder for each file and state of what it imports, and one process at a time.
 
 numba compiles a cached kernel again when *its own* file has changed. It does not see a change in a file
 whose kernels the kernel calls or whose constants it reads, and would go on to serve the old code. So the
-kernels lie in a folder under the digest of all their sources (`kernels/sources.py`), within the folder that
-numba chooses: `__pycache__` beside the source, `NUMBA_CACHE_DIR`, or the user's own where the package cannot
-be written. Kernels of others that are declared after ours lie there too, for they may call ours.
+kernels of a file lie in a folder `cdpr-FILE-DIGEST`, under the digest of that file and all it imports
+(`kernels/sources.py`), within the folder that numba chooses: `__pycache__` beside the source,
+`NUMBA_CACHE_DIR`, or the user's own where the package cannot be written. What may be made of any file of ours
+lies in `cdpr-all-DIGEST`, under the digest of them all: kernels of others that are declared after ours, for
+they may call ours, and those defined inside a function, for they may call what that was given.
+
+A folder, and not the digest in numba's stamp of the index: numba writes the index before the data file it
+names, and a process that dies between the two would leave the data of an older state under the new stamp.
 
 numba replaces each file of its cache at once, but a kernel that is saved takes two: the index, which names a
 data file for each signature, and that data file. Two processes that compile different signatures of one
@@ -15,6 +20,7 @@ machine code of one signature for the other. A lock on the folder keeps index an
 from __future__ import annotations
 
 import os
+import re
 import shutil
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
@@ -31,10 +37,14 @@ except ImportError:  # not on Windows: as numba has it
     fcntl = None  # type: ignore[assignment]
 
 PREFIX = "cdpr-"
-"""What the names of the folders start with; the digest follows."""
+"""What the names of the folders start with; a name and the digest follow."""
+ANY = "all"
+"""Stands for the name where a kernel may be made of every file."""
 KEPT = 3
-"""Folders kept, the last used ones, each of some 25 MB in all packages: these sources, and two states of them
-that somebody may go back to (another branch, a change taken back) without two minutes of compilation."""
+"""Folders kept of each file, the last used ones, some 25 MB for all files: these sources, and two states of
+them that somebody may go back to (another branch, a change taken back) without two minutes of compilation."""
+
+_MODULE = re.compile(rb"(?:cdpr_interval|solvers)[\w.]*")
 
 
 @contextmanager
@@ -54,28 +64,60 @@ def locked(folder: str) -> Iterator[None]:
 
 
 @cache
-def use(folder: str, own: str) -> None:
-    """Make the folder of a digest the last used one, and remove those that were not used for longest.
+def mark_used(place: str) -> None:
+    """Make a folder the last used one, if it is there."""
+    with suppress(OSError):
+        os.utime(place)
+
+
+def make_room(folder: str, new: str) -> None:
+    """Remove the folders of a file that were not used for longest, so that with a new one `KEPT` stay.
 
     A process that still works with a removed folder finds nothing in it, compiles, and makes it again.
     """
+    kind = new.rpartition("-")[0]
     with suppress(OSError):
-        os.utime(os.path.join(folder, own))
-    with locked(folder), suppress(OSError):
-        found = [place for place in os.scandir(folder) if place.name.startswith(PREFIX) and place.name != own]
+        found = [place for place in os.scandir(folder) if place.name.rpartition("-")[0] == kind]
         found.sort(key=lambda place: place.stat().st_mtime_ns, reverse=True)
         for place in found[KEPT - 1 :]:
             shutil.rmtree(place.path, ignore_errors=True)
+
+
+@cache
+def _places() -> dict[tuple[str, str], str]:
+    """Return our modules by a folder that numba may choose for their kernels, and the stem of their file."""
+    found = {}
+    for module, source in sources.modules().items():
+        folder = os.path.abspath(source.path.parent)
+        elsewhere = caching._CacheLocator.get_suitable_cache_subpath(str(source.path))
+        for place in (os.path.join(folder, "__pycache__"), elsewhere):
+            found[place, source.path.stem] = module
+    return found
+
+
+def module_of(cache_path: str, filename_base: str) -> str | None:
+    """Return the module whose digest a kernel is kept under, by numba's names for its folder and its files.
+
+    Files are named by the stem of the source and the qualified name of the function, first of all. None where
+    the kernel may be made of any source: it is not of our files, or defined inside a function.
+    """
+    stem, _, function = filename_base.partition(".")
+    if ".locals." in function:
+        return None
+    beside = os.path.abspath(cache_path)
+    return _places().get((beside, stem)) or _places().get((os.path.basename(beside), stem))
 
 
 class KeyedCacheFile(caching.IndexDataCacheFile):  # type: ignore[misc]
     """Index and data files of one kernel, of these sources only, read and written while nobody else does."""
 
     def __init__(self, cache_path: str, filename_base: str, source_stamp: Any) -> None:
-        own = PREFIX + sources.digest()
+        self._module = module_of(cache_path, filename_base)
+        name = ANY if self._module is None else filename_base.partition(".")[0]
+        own = f"{PREFIX}{name}-{sources.digest(self._module)}"
         super().__init__(os.path.join(cache_path, own), filename_base, source_stamp)
         self._shared_path = cache_path
-        use(cache_path, own)
+        mark_used(self._cache_path)
 
     def flush(self) -> None:
         """Forget the code of every signature."""
@@ -83,10 +125,19 @@ class KeyedCacheFile(caching.IndexDataCacheFile):  # type: ignore[misc]
             super().flush()
 
     def save(self, key: Any, data: Any) -> None:
-        """Save the code of one signature, unless a source was edited since: it may be made of either text."""
-        if sources.are_as_digested():
+        """Save the code of one signature, if it is made of the sources of the digest and no others.
+
+        It is not when a source was edited since, for then it may be made of either text, and not when a class
+        of its arguments is of a file that the kernel's own does not import.
+        """
+        if sources.are_as_digested(self._module) and not self._strangers(key):
             with self._alone():
                 super().save(key, data)
+
+    def _strangers(self, key: Any) -> set[str]:
+        """Return our modules that the pickle of a signature names and the digest leaves out."""
+        named = {name.decode() for name in _MODULE.findall(self._dump(key))}
+        return named & (sources.modules().keys() - sources.closure(self._module))
 
     def load(self, key: Any) -> Any:
         """Return the code of one signature, None when there is none."""
@@ -97,7 +148,9 @@ class KeyedCacheFile(caching.IndexDataCacheFile):  # type: ignore[misc]
     def _alone(self) -> Iterator[None]:
         """Hold the lock while the folder is there; without locks another process may remove it meanwhile."""
         with locked(self._shared_path), suppress(FileNotFoundError):
-            os.makedirs(self._cache_path, exist_ok=True)
+            if not os.path.isdir(self._cache_path):
+                make_room(self._shared_path, os.path.basename(self._cache_path))
+                os.makedirs(self._cache_path, exist_ok=True)
             yield
 
 

@@ -1,10 +1,12 @@
-"""The sources that compiled kernels are made of, and one digest of them.
+"""The sources that compiled kernels are made of, and digests of them.
 
 A compiled kernel holds more than its own file: the kernels it calls, also those of other files, and the
-constants of every module it reads them from. Those files are found by their imports, from every file that
-declares kernels on; a change in one of them changes the digest, a change elsewhere (a command, a reader, a
-report) does not. Whatever was compiled and is kept from one run to the next (numba's cache, see
-`kernels/cache.py`) is kept under this digest.
+constants of every module it reads them from. Those files are found by their imports, from the kernel's file
+on; a change in one of them changes the digest of that file's kernels, a change elsewhere does not. numba's
+cache (see `kernels/cache.py`) keeps the kernels of each file under its digest.
+
+One digest more is of every file that declares kernels and all that those import: for what is made of any of
+them. A change of a command, a reader or a report changes none of the digests.
 """
 
 from __future__ import annotations
@@ -15,6 +17,7 @@ from collections.abc import Iterator
 from functools import cache
 from hashlib import sha256
 from pathlib import Path
+from typing import NamedTuple
 
 ROOT = Path(__file__).parents[2]
 """The folder the packages lie in."""
@@ -34,50 +37,78 @@ _IMPORT = re.compile(rb"\n *(?:from|import) ((?:cdpr_interval|solvers)[\w.]*)(?:
 _NAME = re.compile(rb"\w+")
 
 
-def compiled_sources() -> list[Path]:
-    """Return every file of the packages that defines a kernel or that one of those imports, however far.
+class Source(NamedTuple):
+    """The file of a module, as it was when it was read."""
 
-    Imports of types and those inside functions count too: rather a file too many than one too few.
+    path: Path
+    stamp: tuple[int, int] | None
+    """What tells cheaply that the file has changed."""
+    seal: bytes
+    """SHA-256 of its name and contents."""
+    declares: bool
+    """Whether it may define a kernel."""
+    imports: frozenset[str]
+    """Names it may import modules by, ours among them."""
+
+
+@cache
+def modules() -> dict[str, Source]:
+    """Return the modules of the packages, as they were when this was first asked."""
+    return {name: _read(path) for name, path in _files()}
+
+
+@cache
+def closure(module: str | None = None) -> frozenset[str]:
+    """Return the modules that the kernels of one may be made of: itself and all it imports, however far.
+
+    Imports of types and those inside functions count too: rather a module too many than one too few. Without
+    a module these are all that any kernel may be made of.
     """
-    files = dict(_modules())
-    texts = {name: b"\n" + path.read_bytes() for name, path in files.items()}
+    known = modules()
     found: set[str] = set()
-    left = [name for name, text in texts.items() if _DECLARES.search(text)]
+    left = [name for name, source in known.items() if source.declares] if module is None else [module]
     while left:
         name = left.pop()
         if name not in found:
             found.add(name)
-            left += [other for other in _imported(texts[name]) if other in files]
-    return sorted(files[name] for name in found)
+            left += known[name].imports & known.keys()
+    return frozenset(found)
 
 
 @cache
-def digest() -> str:
-    """Return 16 hexadecimal digits that name the sources as they were when this was first asked.
+def digest(module: str | None = None) -> str:
+    """Return 16 hexadecimal digits that name the sources in the closure of a module, or all of any kernel.
 
     Guarantee
     ---------
-    Two processes with the same digest compile each kernel from the same text, on whatever path it lies: the
-    digest is of names and contents, not of times. It says nothing of numba, Python and the processor.
+    Two processes with the same digest compile each kernel of the module from the same text, on whatever path
+    it lies: the digest is of names and contents, not of times. It says nothing of numba, Python and the
+    processor, nor of the classes of a kernel's arguments, which its file need not import.
     """
     seen = sha256()
-    for path in _stamps():
-        text = path.read_bytes()
-        seen.update(f"{path.relative_to(ROOT).as_posix()} {len(text)}\n".encode())
-        seen.update(text)
+    for name in sorted(closure(module)):
+        seen.update(modules()[name].seal)
     return seen.hexdigest()[:16]
 
 
-def are_as_digested() -> bool:
+def are_as_digested(module: str | None = None) -> bool:
     """Return whether the files are still those of the digest: somebody may edit them while a process runs."""
-    digest()
-    return all(_stamp(path) == stamp for path, stamp in _stamps().items())
+    sources = [modules()[name] for name in closure(module)]
+    return all(_stamp(source.path) == source.stamp for source in sources)
 
 
-@cache
-def _stamps() -> dict[Path, tuple[int, int] | None]:
-    """Return the files of the digest with what tells cheaply that one has changed."""
-    return {path: _stamp(path) for path in compiled_sources()}
+def _read(path: Path) -> Source:
+    """Return what is to be known of a file."""
+    stamp = _stamp(path)
+    text = path.read_bytes()
+    lines = b"\n" + text
+    return Source(
+        path,
+        stamp,
+        sha256(f"{path.relative_to(ROOT).as_posix()} {len(text)}\n".encode() + text).digest(),
+        _DECLARES.search(lines) is not None,
+        frozenset(_imported(lines)),
+    )
 
 
 def _stamp(path: Path) -> tuple[int, int] | None:
@@ -89,7 +120,7 @@ def _stamp(path: Path) -> tuple[int, int] | None:
     return status.st_mtime_ns, status.st_size
 
 
-def _modules() -> Iterator[tuple[str, Path]]:
+def _files() -> Iterator[tuple[str, Path]]:
     """Return the modules of the packages with their files."""
     for package in PACKAGES:
         top = os.path.join(ROOT, *package.split("."))
