@@ -105,10 +105,7 @@ def process_cells(
     if any_open(states):
         settled(F, W, model, context.roots, C, context.columns.chart, states, S)
         if narrow_lanes(model, C, states):
-            # Not a constant: LLVM optimises ``contract`` once more where it is inlined, and with 3 in place
-            # of its variables has dropped the guard of a loop unrolled by 8 (numba 0.68, llvmlite 0.50).
-            variables = context.columns.variables
-            equations = balance_equations(F, W, model, lengths, rank, variables, S)
-            contract_open(F, W, C, equations, variables, states, S)
+            equations = balance_equations(F, W, model, lengths, rank, len(context.variables), S)
+            contract_open(F, W, C, states, equations, context.variables, S)
     for lane in range(count):
         verdicts[lane] = verdict(context, lane, children)
