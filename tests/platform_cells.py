@@ -248,7 +248,7 @@ class Stepper:
         self.children = np.full((2 * LANES, self.width), np.nan)
         roots = np.empty((0, 1 + 2 * (6 + model.n_taut))) if roots is None else roots
         scratch = Scratch(S, self.F, self.W, self.C, self.states, self.verdicts)
-        self.context = Context(model, roots, leaf_size, columns, scratch)
+        self.context = Context(model, roots, leaf_size, columns, (0,) * columns.variables, scratch)
 
     def step(self, cells: Sequence[Any], spare: Any = None) -> list[Verdict]:
         """Process up to ``LANES`` cells; ``spare`` fills the lanes beyond them (default: the last)."""

@@ -11,7 +11,7 @@ from typing import Any
 
 from numba import types
 
-from cdpr_interval.engine.contraction import contract
+from cdpr_interval.engine.contraction import contract, contraction_signatures
 from cdpr_interval.engine.rows import (
     COVERED,
     EMPTY,
@@ -25,7 +25,7 @@ from cdpr_interval.engine.rows import (
 )
 from cdpr_interval.kernels.kernel import kernel
 from cdpr_interval.kernels.lanes import LANES, LaneArray, Lanes, array3, lanes, load, store, where_less
-from cdpr_interval.kernels.second_order import Forms, Symbols, signatures
+from cdpr_interval.kernels.second_order import Forms, Symbols
 
 STATES = types.Array(types.int64, 1, "C")
 
@@ -133,15 +133,15 @@ def halve(C: LaneArray, lane: int, children: Any, lo: int) -> int:
     return 2
 
 
-@kernel(signatures(types.void, array3, array3, types.int64, types.int64, STATES))
+@kernel(contraction_signatures(array3, array3, STATES, types.int64))
 def contract_open(
-    F: Forms, W: LaneArray, C: LaneArray, equations: int, variables: int, states: Any, S: Symbols
+    F: Forms, W: LaneArray, C: LaneArray, states: Any, equations: int, V: Symbols, S: Symbols
 ) -> None:
     """Contract the open lanes; their states become EMPTY or SMALLER, or stay. Others keep their cells."""
     for lane in range(LANES):
         # A lane that counts as empty is left alone.
         W[VERDICTS, 0, lane] = OPEN if states[lane] == OPEN else EMPTY
-    contract(F, W, C, equations, variables, S)
+    contract(F, W, C, equations, V, S)
     for lane in range(LANES):
         if states[lane] == OPEN:
             states[lane] = int(W[VERDICTS, 0, lane])

@@ -11,6 +11,8 @@ the symbols.
 
 from __future__ import annotations
 
+from typing import Any
+
 from numba import types
 
 from cdpr_interval.engine.rows import (
@@ -36,6 +38,8 @@ from cdpr_interval.kernels.kernel import kernel
 from cdpr_interval.kernels.lanes import LANES, LaneArray, Lanes, array3, lanes, load, splat, store, where_less
 from cdpr_interval.kernels.rounding import down, inflate_lanes, up, up_lanes
 from cdpr_interval.kernels.second_order import (
+    ROTATION_ONLY,
+    WHOLE_POSE,
     Forms,
     Symbols,
     add_scaled,
@@ -46,10 +50,24 @@ from cdpr_interval.kernels.second_order import (
     widen,
 )
 
+VARIABLES_OF_ROTATION: Symbols = (0, 0, 0)
+VARIABLES_OF_POSE: Symbols = (0, 0, 0, 0, 0, 0)
+"""Variables of the searches on ``ROTATION_ONLY`` and ``WHOLE_POSE``, an entry each."""
 WORTH = 0.6
 """A contraction counts as SMALLER when one variable keeps at most this share of its width."""
 LEAST_PIVOT = 1e-3
 """Least pivot, relative to its row, that is taken: a smaller one would only spread noise."""
+
+
+def contraction_signatures(*arguments: Any) -> list[Any]:
+    """Return signatures on forms, ``arguments``, V and S, for the variables of each number of symbols.
+
+    Loops over the variables must have a length known to the compiler, as those over symbols have: of one that
+    it had unrolled by 8, LLVM has been seen to drop the guard for fewer (numba 0.68, llvmlite 0.50).
+    """
+    pairs = ((VARIABLES_OF_ROTATION, ROTATION_ONLY), (VARIABLES_OF_POSE, WHOLE_POSE))
+    tuples = [[types.UniTuple(types.int64, len(x)) for x in pair] for pair in pairs]
+    return [types.void(array3, *arguments, *pair) for pair in tuples]
 
 
 @kernel(signatures(lanes, types.int64))
@@ -260,15 +278,16 @@ def cut_pivots(F: Forms, W: LaneArray, C: LaneArray, rank: int, S: Symbols) -> N
                 cut_symbol(W, C, lane, symbol, W[CUT, LOW, lane], W[CUT, HIGH, lane])
 
 
-@kernel(signatures(types.void, array3, array3, types.int64, types.int64))
-def contract(F: Forms, W: LaneArray, C: LaneArray, count: int, variables: int, S: Symbols) -> None:
+@kernel(contraction_signatures(array3, array3, types.int64))
+def contract(F: Forms, W: LaneArray, C: LaneArray, count: int, V: Symbols, S: Symbols) -> None:
     """Shrink the cells by all rows EQUATION.. at once (interval Newton); see ``cut_symbol``.
 
-    Symbol k < ``variables`` stands for the variable with bounds in columns 2 k, 2 k + 1 of the cells. With g
-    the rows' centres, A their slopes, N their remaining terms and C a float left inverse of A,
+    ``V`` has an entry for each variable; symbol k stands for that with bounds in columns 2 k, 2 k + 1. With
+    g the rows' centres, A their slopes, N their remaining terms and C a float left inverse of A,
     eps = -C g - (C A - I) eps - C N bounds every symbol. A row that cannot vanish empties its cell: near a
     fold its slopes are small and it would get no weight.
     """
+    variables = len(V)
     for e in range(count):
         store(W, FLAGS, MARKED, cannot_vanish(F, EQUATION + e, S))
         for lane in range(LANES):

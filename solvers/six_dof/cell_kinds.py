@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from cdpr_interval.engine.contraction import VARIABLES_OF_POSE, VARIABLES_OF_ROTATION
 from cdpr_interval.engine.per_thread import per_thread
 from cdpr_interval.engine.scratch import Scratch, new_scratch
 from cdpr_interval.engine.search import Run
@@ -29,6 +30,8 @@ class Context(NamedTuple):
     """(m, 1 + 2 (6 + n)) chart, lo and hi of the uniqueness boxes of the roots known."""
     leaf_size: float
     columns: Columns
+    variables: Symbols
+    """An entry for each variable of the search."""
     scratch: Scratch
 
 
@@ -38,6 +41,8 @@ class CellKind:
 
     columns: Columns
     symbols: Symbols
+    variables: Symbols
+    """An entry for each variable of the search, so that the compiler knows how many there are."""
     enclose_cell: Callable[..., bool]
     """``enclose_cell(scratch, model, cell, lo, hi)``, compiled."""
     run_cells: Callable[..., tuple[int, int, int]]
@@ -60,7 +65,7 @@ class CellKind:
 
     def run(self, model: Model, roots: Floats, leaf_size: float) -> Run:
         """Bind the compiled search to its data and one thread's scratch; see ``Context``."""
-        context = Context(model, roots, leaf_size, self.columns, self.scratch())
+        context = Context(model, roots, leaf_size, self.columns, self.variables, self.scratch())
 
         def run(*stack: object) -> tuple[int, int, int]:
             return self.run_cells(context, *stack)
@@ -74,7 +79,9 @@ def scratch_of(kind: CellKind) -> Scratch:
     return new_scratch(FORMS, WORK, kind.symbols, kind.columns.width)
 
 
-ROTATION_CELLS = CellKind(ROTATION_COLUMNS, ROTATION_ONLY, rotation_cells.enclose_cell, rotation_cells.run)
+ROTATION_CELLS = CellKind(
+    ROTATION_COLUMNS, ROTATION_ONLY, VARIABLES_OF_ROTATION, rotation_cells.enclose_cell, rotation_cells.run
+)
 """Cells in u, on one branch of the position or on both."""
-POSE_CELLS = CellKind(POSE_COLUMNS, WHOLE_POSE, pose_cells.enclose_cell, pose_cells.run)
+POSE_CELLS = CellKind(POSE_COLUMNS, WHOLE_POSE, VARIABLES_OF_POSE, pose_cells.enclose_cell, pose_cells.run)
 """Cells in (u, x)."""

@@ -3,6 +3,8 @@
 Arrays: ``F`` (rows, columns of a form, LANES) forms, ``W`` (rows, columns, LANES) scratch, both with the
 rows of ``engine.rows`` and ``mechanics.six_dof.rows``; ``C`` (1, width of a cell, LANES) cells, ``states``
 (LANES,) of them; ``S`` the forms' symbols; ``model`` is an ``arrays.Model``; ``children`` (2 LANES, width).
+
+Kernels that are given a model and called once are inlined: each call would count references to its arrays.
 """
 
 from __future__ import annotations
@@ -23,13 +25,13 @@ from cdpr_interval.mechanics.six_dof.unloaded import unloaded
 from solvers.six_dof.bounds import settled, slack_excluded
 
 
-@kernel()
+@kernel(inline="always")
 def exclude_by_length(F: Forms, W: LaneArray, row: int, states: Any, S: Symbols) -> bool:
     """Mark open lanes where a length's equation cannot hold; True when a lane is still open."""
     return bool(mark(W, cannot_vanish(F, row, S), states, NO_LENGTH))
 
 
-@kernel()
+@kernel(inline="always")
 def exclude_by_slack(F: Forms, W: LaneArray, model: Any, states: Any, S: Symbols) -> bool:
     """Mark open lanes where another cable would be too long; True when a lane is still open."""
     if not (model.slack and any_open(states)):
@@ -37,7 +39,7 @@ def exclude_by_slack(F: Forms, W: LaneArray, model: Any, states: Any, S: Symbols
     return bool(mark(W, slack_excluded(F, W, model, open_lanes(W, states), S), states, NOT_SLACK))
 
 
-@kernel()
+@kernel(inline="always")
 def exclude_by_balance(F: Forms, W: LaneArray, model: Any, rank: int, states: Any, S: Symbols) -> bool:
     """Write the wrenches; give open lanes without a balance their states; True when a lane is still open.
 
@@ -53,7 +55,7 @@ def exclude_by_balance(F: Forms, W: LaneArray, model: Any, rank: int, states: An
     return bool(mark(W, balance_free(F, W, n, rank, open_lanes(W, states), S), states, UNBALANCED))
 
 
-@kernel()
+@kernel(inline="always")
 def balance_equations(
     F: Forms, W: LaneArray, model: Any, lengths: int, rank: int, variables: int, S: Symbols
 ) -> int:
@@ -105,10 +107,7 @@ def process_cells(
     if any_open(states):
         settled(F, W, model, context.roots, C, context.columns.chart, states, S)
         if narrow_lanes(model, C, states):
-            # Not a constant: LLVM optimises ``contract`` once more where it is inlined, and with 3 in place
-            # of its variables has dropped the guard of a loop unrolled by 8 (numba 0.68, llvmlite 0.50).
-            variables = context.columns.variables
-            equations = balance_equations(F, W, model, lengths, rank, variables, S)
-            contract_open(F, W, C, equations, variables, states, S)
+            equations = balance_equations(F, W, model, lengths, rank, len(context.variables), S)
+            contract_open(F, W, C, states, equations, context.variables, S)
     for lane in range(count):
         verdicts[lane] = verdict(context, lane, children)

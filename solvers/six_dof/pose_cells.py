@@ -171,7 +171,7 @@ def bisect(W: LaneArray, model: Any, C: LaneArray, lane: int, children: Any, lea
     return int(halve(C, lane, children, 2 * widest))
 
 
-@kernel()
+@kernel(inline="always")
 def narrow_lanes(model: Any, C: LaneArray, states: Any) -> bool:
     """Leave only those lanes open that are narrow enough to be contracted; True when there are any."""
     narrow = False
@@ -201,7 +201,7 @@ def exclude(F: Forms, W: LaneArray, model: Any, C: LaneArray, states: Any, S: Sy
     return model.n_taut, rank
 
 
-@kernel()
+@kernel(inline="always")
 def verdict(context: Any, lane: int, children: Any) -> int:
     """Write a lane's children or leaf; see ``engine.batches``."""
     C, state = context.scratch.cells, context.scratch.states[lane]

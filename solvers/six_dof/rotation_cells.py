@@ -144,7 +144,7 @@ def exclude(F: Forms, W: LaneArray, model: Any, C: LaneArray, states: Any, S: Sy
     return lengths, rank
 
 
-@kernel()
+@kernel(inline="always")
 def narrow_lanes(model: Any, C: LaneArray, states: Any) -> bool:
     """Leave only those lanes open that are narrow enough to be contracted; True when there are any."""
     narrow = False
@@ -157,7 +157,7 @@ def narrow_lanes(model: Any, C: LaneArray, states: Any) -> bool:
     return narrow
 
 
-@kernel()
+@kernel(inline="always")
 def verdict(context: Any, lane: int, children: Any) -> int:
     """Write a lane's children or leaf; see ``engine.batches``."""
     C, state = context.scratch.cells, context.scratch.states[lane]

@@ -554,7 +554,7 @@ def test_contracted_cells_keep_their_solutions(S: Symbols) -> None:
         if dead >= 0:
             W[elimination.VERDICTS, 0, dead] = EMPTY
         if trial % 2:
-            elimination.contract(F, W, C, count, variables, S)
+            elimination.contract(F, W, C, count, (0,) * variables, S)
         else:
             rank = elimination.solve_for_pivots(F, W, 0, count, variables, S)
             elimination.cut_pivots(F, W, C, rank, S)
@@ -590,7 +590,7 @@ def test_contraction_finds_that_equations_cannot_hold(S: Symbols) -> None:
         system.C[0, ::2, lane], system.C[0, 1::2, lane] = -1.0, 1.0
         F, W, C = system.F, system.W, system.C
         if trial % 2:
-            elimination.contract(F, W, C, count, variables, S)
+            elimination.contract(F, W, C, count, (0,) * variables, S)
         else:
             rank = elimination.solve_for_pivots(F, W, 0, count, variables, S)
             elimination.cut_pivots(F, W, C, rank, S)
@@ -617,7 +617,7 @@ def test_an_equation_without_slopes_that_cannot_hold_empties_its_cell(S: Symbols
             F[EQUATION, 1 + len(S), lane] = 1e-7
             F[EQUATION, 0, lane] = 1e-6 if lane == away else -0.5e-7
         kernels.close(F, EQUATION, S)
-        elimination.contract(F, W, system.C, 1, variables, S)
+        elimination.contract(F, W, system.C, 1, (0,) * variables, S)
         for lane in range(LANES):
             verdict = EMPTY if lane == away else OPEN
             assert W[elimination.VERDICTS, 0, lane] == verdict

@@ -364,7 +364,7 @@ def test_a_solver_that_drops_cells_is_found_out(monkeypatch: pytest.MonkeyPatch,
 
     def careless(*given: Any) -> int:
         """Exclude small cells that cannot be excluded."""
-        state, cell = look(*given), given[6]
+        state, cell = look(*given), given[2]
         return UNBALANCED if state == OPEN and cell[3] - cell[2] < 0.02 else state
 
     monkeypatch.setattr(certificate_tree, "look_turn", careless)
