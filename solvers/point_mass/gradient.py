@@ -95,7 +95,7 @@ def curvature(cables: Any, box: Any, out: Any) -> None:
             out[a, b, 0], out[a, b, 1] = out[b, a, 0], out[b, a, 1]
 
 
-@njit(cache=True, nogil=True, inline="always")
+@kernel()
 def deviate(context: Any, box: Any, E: Any) -> None:
     """Enclose I - C H in E (3, 3, 2) over a box (3, 2), see `cdpr_interval.engine.krawczyk`.
 

@@ -134,8 +134,7 @@ def compliance(cables: Any, c: int, t_lo: float, t_hi: float) -> tuple[float, fl
     return -hi, -lo
 
 
-# Inlined where they are handed in, which compiles them once.
-@njit(cache=True, nogil=True, inline="always")
+@kernel()
 def residual(context: Any, box: Any, out: Any) -> None:
     """Enclose the system (3 + m, 2) over a box (3 + m, 2), see `cdpr_interval.engine.krawczyk`.
 
@@ -145,7 +144,7 @@ def residual(context: Any, box: Any, out: Any) -> None:
     evaluate(cables, load, taut, C.shape[0] - 3, box, arms, out)
 
 
-@njit(cache=True, nogil=True, inline="always")
+@kernel()
 def linearise(context: Any, box: Any, out: Any, C: Any) -> bool:
     """Write the system (3 + m, 2) and an approximate inverse C of its Jacobian at a point (3 + m, 2).
 
@@ -183,7 +182,7 @@ def linearise(context: Any, box: Any, out: Any, C: Any) -> bool:
     return True
 
 
-@njit(cache=True, nogil=True, inline="always")
+@kernel()
 def deviate(context: Any, box: Any, E: Any) -> None:
     """Enclose I - C J in E (3 + m, 3 + m, 2) over a box (3 + m, 2); context as `residual`."""
     cables, _, taut, arms, C = context
