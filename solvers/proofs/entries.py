@@ -56,5 +56,5 @@ def entry(
     from solvers.proofs.searches import search_entries
 
     assert kind is not None
-    entries = search_entries(question, taut, kind, searched, listed)
+    entries = search_entries(question, taut, kind, searched, listed, options.record.budget, options.threads)
     return {"pending": NOT_SEARCHED} if entries is None else {"searches": entries}

@@ -5,25 +5,17 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-import numpy as np
-
 from cdpr_interval.exact import balls
-from cdpr_interval.mechanics.six_dof.frame import pose_of
 from certificates.frames import settings
 from certificates.problem import Listed
 from certificates.problem import Problem as Question
 from certificates.subsets import Kind
-from solvers.proofs.tree import Recorder
+from solvers.proofs.recorder import Recorder
 from solvers.six_dof.record import Searched
-from solvers.six_dof.reduction import Reduced
-from solvers.six_dof.roots import Root
-
-NEAR = 1e-6
-"""Entries of rotation matrices that differ by less may belong to one pose: it is checked."""
 
 
 def search_entries(
-    question: Question, taut: tuple[int, ...], kind: Kind, searched: Sequence[Searched], listed: list[Listed]
+    question: Question, taut: tuple[int, ...], kind: Kind, searched: Sequence[Searched], listed: list[Listed], budget, threads
 ) -> list[dict[str, Any]] | None:
     """Return one entry for each frame of a subset, or None where not all of them were searched."""
     frames = settings(question, taut, kind)
@@ -32,19 +24,8 @@ def search_entries(
     entries = []
     with balls.precision():
         for one, setting in zip(searched, frames, strict=False):
-            recorder = Recorder(question, setting, one.reduced, listed)
-            for root in one.roots:
-                recorder.add(root, candidates(root, one.reduced, listed, setting.family))
-            entries.append(recorder.entry(whole=one.whole))
+            recorder = Recorder(question, setting, one, listed)
+            recorder.claim_roots(lambda: budget.stop() is None)
+            recorder.complete(budget, threads)
+            entries.append(recorder.entry())
     return entries
-
-
-def candidates(root: Root, reduced: Reduced, listed: Sequence[Listed], family: bool) -> list[int]:
-    """Return the solutions that a root's pose may be."""
-    middle = balls.middle(pose_of(root, reduced.frame).rotation)
-    return [
-        k
-        for k, solution in enumerate(listed)
-        if (solution.family is not None) == family
-        and (family or bool(np.all(np.abs(middle - np.mean(solution.rotation, axis=-1)) < NEAR)))
-    ]

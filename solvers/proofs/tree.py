@@ -1,279 +1,143 @@
-"""The search trees and roots of one taut subset: cells are split until the checker can confirm each.
+"""The trees of one search as a certificate has them, put together from notes of what became of its cells.
 
-Compiled kernels say which cells of u hold no equilibrium and why; their reasons are those of the format.
-Cells in (u, x) are tried with the checker's own tests. Nothing here needs to be trusted: what is written is
-checked.
+A cell is a tuple of floats: bounds of u or of (u, x), its chart, and for u the side. Notes say what became of a
+cell; what becomes of its parts is found under their own bounds, whoever looked at them, and when. A cell of which
+there is no note is missing: it may be looked at later, or is written as pending.
 """
 
 from __future__ import annotations
 
-import base64
 import math
 import struct
-from collections.abc import Iterable, Sequence
-from fractions import Fraction
-from typing import Any
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
-from cdpr_interval.engine.batch_cells import NO_LENGTH, NO_POSITION, NOT_SLACK, OPEN, UNBALANCED
-from cdpr_interval.kernels.lanes import LANES
-from cdpr_interval.kernels.second_order import ROTATION_ONLY, WHOLE_POSE
-from certificates import guess
-from certificates.balance import unbalanced
-from certificates.cells import Place
-from certificates.forms import box_forms, value
-from certificates.frames import Setting
-from certificates.geometry import Turned
-from certificates.leaves import confirmed, longest
-from certificates.problem import Listed
-from certificates.problem import Problem as Question
-from certificates.root_claims import check_root
-from certificates.roots import System
-from certificates.searches import Root as Claimed
-from certificates.searches import Search
-from certificates.tree import Cell, Leaf, Node
-from certificates.verdicts import NotProved
-from solvers.six_dof import pose_cells as pose
-from solvers.six_dof import rotation_cells as turn
-from solvers.six_dof.cell_kinds import form_arrays
-from solvers.six_dof.reasons import look_turn
-from solvers.six_dof.reduction import Reduced
-from solvers.six_dof.roots import Root
-from solvers.six_dof.starts import rotation_at
+from cdpr_interval.engine import notes
+from cdpr_interval.engine.batch_cells import NO_LENGTH, NO_POSITION, NOT_SLACK, UNBALANCED
+from certificates.tree import DEEPEST, Leaf, Node
+from certificates.tree import Cell as Box
 
 Floats = NDArray[np.float64]
+Cell = tuple[float, ...]
+Fate = tuple[Node | int, bytes, tuple[Cell, ...]]
+"""The node, all its bytes, and the parts of the cell."""
 
-REASONS = {NO_POSITION: Node.NO_POSITION, NO_LENGTH: Node.NO_LENGTH, UNBALANCED: Node.UNBALANCED}
+TURNED = 8
+"""Numbers of a cell in u; those of one in (u, x) are 13."""
 LARGEST_Y = 2**31 - 1
 """The largest of 32 bits."""
-DOUBTFUL = 2.0**-9
-"""Narrower leaves, near poses and folds, are tried with the checker's test before they are written."""
-SMALLEST = 1e-7
-"""Width of u at which a cell is written as undecided."""
-MOST_UNDECIDED = 2_000
-"""Undecided cells of a chart after which no more is tried: they surround what the checker has no rule for."""
-USEFUL_CUT = 0.7
-"""A cut is written when some entry keeps at most this share of its width."""
-WIDER = 1e-9
-"""A kept interval is widened by this share of its width, so that the checker confirms it."""
-ROUNDING = 2.0**-50
-"""And by this share of itself: a bound is rounded to a double."""
-UNKNOWN = base64.b64encode(bytes([Node.UNDECIDED])).decode("ascii")
-"""A tree of one leaf."""
-GROWTH = (8.0, 4.0, 2.0, 1.0, 0.5, 0.25, 0.125, 0.0625, 0.03125)
-"""Sizes of a root's box in (u, x) that are tried, over the solver's smallest half width in u."""
+NODES = {
+    notes.IN_BOX: Node.ROOT,
+    notes.UNDECIDED: Node.UNDECIDED,
+    NO_POSITION: Node.NO_POSITION,
+    NO_LENGTH: Node.NO_LENGTH,
+    NOT_SLACK: Node.TOO_LONG,
+    UNBALANCED: Node.UNBALANCED,
+}
+"""Leaves by their fate."""
+PENDING = bytes([Node.PENDING])
 
 
-class Recorder:
-    """Writes one search of one subset."""
+class Trees:
+    """What is known of the cells of one search.
 
-    def __init__(self, question: Question, setting: Setting, reduced: Reduced, listed: list[Listed]) -> None:
-        # The format has no leaf for poses that belong to a smaller subset.
-        self.model, self.setting, self.listed = reduced.model._replace(hanging=False), setting, listed
-        order = [setting.taut[k] for k in reduced.model.orders[0]]
-        charts = [None if setting.frozen(chart) is None else UNKNOWN for chart in range(4)]
-        self.search = Search(question, setting, {"order": order, "roots": [], "trees": charts}, len(listed))
-        self.turn_scratch = form_arrays(ROTATION_ONLY, turn.WIDTH)
-        self.pose_scratch = form_arrays(WHOLE_POSE, pose.P_WIDTH)
-        self.states = np.zeros(LANES, dtype=np.int64)
-        self.y, self.place = np.zeros(6), np.zeros((3, 2))
-        self.unit = 1.0 / float(self.search.platform.per_unit)
+    Parameters
+    ----------
+    cables
+        The certificate's number of each of the model's cables.
+    moments
+        What the moments of a noted y are multiplied by.
+    reach
+        No entry of x is larger, in m.
+    planar
+        All poses lie in the plane y = 0.
+    """
 
-    def entry(self, whole: bool) -> dict[str, Any]:
-        """Return the search as the document has it; where it was not ended its trees are pending."""
-        trees: list[str | None] = []
-        for chart in range(4):
-            frozen = self.setting.frozen(chart)
-            if frozen is None:
-                trees.append(None)
-                continue
-            start = Cell(chart, tuple((0.0, 0.0) if k in frozen else (-1.0, 1.0) for k in range(3)))
-            nodes = self.nodes(start) if whole else [leaf(Node.PENDING)]
-            trees.append(base64.b64encode(b"".join(nodes)).decode("ascii"))
-        return {
-            "order": list(self.search.order),
-            "roots": [root_entry(r) for r in self.search.roots],
-            "trees": trees,
-        }
+    def __init__(self, cables: Sequence[int], moments: float, reach: float, planar: bool) -> None:
+        self.cables, self.moments = cables, moments
+        most = [[-reach, reach] if k != 1 or not planar else [0.0, 0.0] for k in range(3)]
+        self.everywhere = tuple(v for pair in most for v in pair)
+        self.fates: dict[Cell, Fate] = {}
+        self.tied: set[Cell] = set()
+        """Cells cut by pivots that the checker may choose in another order."""
 
-    def add(self, root: Root, candidates: Sequence[int]) -> None:
-        """Add a root with the first claim about it that the checker confirms, if any."""
-        box = self.box(root)
-        if box is None:
-            return
-        for claim in [Claimed(root.chart, box, k) for k in (*candidates, None)]:
-            try:
-                check_root(self.search, claim, self.listed)
-            except NotProved:
-                continue
-            self.search.roots.append(claim)
-            return
+    def add(self, rows: Floats, columns: int) -> None:
+        """Add notes; a later one of a cell counts."""
+        for row in rows.tolist():
+            cell = tuple(row[:columns])
+            self.fates[cell] = self.fate(cell, int(row[columns]), row[columns + 1 :])
 
-    def box(self, root: Root) -> list[tuple[float, float]] | None:
-        """Return the largest box tried in which the checker finds one zero at most, or None."""
-        z = root.core.mean(axis=1)
-        turned = np.empty((3, 3))
-        rotation_at(z[:3].copy(), turned)
-        pivot = self.model.orders[0, 0]
-        x = z[3:6] - self.model.anchors[pivot] + turned @ self.model.points[root.chart, pivot]
-        flat = self.search.flat(root.chart)
-        assert flat is not None
-        widths = [hi - lo for lo, hi in root.unique[:3].tolist() if hi > lo]
-        system = System(self.setting, self.search.platform, root.chart)
-        for grown in GROWTH:
-            half = grown * 0.5 * min(widths)
-            reach = [half] * 3 + [half * self.model.size] * 3
-            box = [
-                (0.0, 0.0) if k in flat else (m - r, m + r)
-                for k, (m, r) in enumerate(zip([*z[:3].tolist(), *x.tolist()], reach, strict=True))
-            ]
-            if system.has_one_zero_at_most(box_forms(box)):
-                return box
-        return None
+    def fate(self, cell: Cell, code: int, data: Sequence[float]) -> Fate:
+        """Return what a note says."""
+        if code < 6:
+            return code, bytes([code]), halves(cell, code)
+        if code == notes.SIDES:
+            return Node.SIDES, bytes([Node.SIDES]), ((*cell[:-1], 1.0), (*cell[:-1], -1.0))
+        if code == notes.HAND_ON:
+            return Node.HAND_ON, bytes([Node.HAND_ON]), ((*cell[:6], *self.everywhere, cell[6]),)
+        if code == notes.CUT:
+            if data[12]:
+                self.tied.add(cell)
+            return self.cut(cell, tuple(data[:12]))
+        node = NODES[code]
+        if node is Node.TOO_LONG:
+            return node, bytes([node, self.cables[int(data[0])]]), ()
+        return node, bytes([node]) + (self.written_y(data) if node is Node.UNBALANCED else b""), ()
 
-    def nodes(self, start: Cell) -> Iterable[bytes]:
-        """Yield the nodes of a chart's tree; where too much stays undecided the rest is pending."""
-        waiting, undecided = [start], 0
-        while waiting and undecided < MOST_UNDECIDED:
-            cell = waiting.pop()
-            node, below = self.placed(cell) if cell.placed else self.turned(cell)
-            undecided += node == leaf(Node.UNDECIDED)
-            yield node
-            waiting += reversed(below)
-        yield from [leaf(Node.PENDING)] * len(waiting)
+    def cut(self, cell: Cell, kept: Cell) -> Fate:
+        """Return the node that cuts a cell to bounds of (u, x)."""
+        changed = [k for k in range(6) if kept[2 * k : 2 * k + 2] != cell[2 * k : 2 * k + 2]]
+        content = bytes([Node.CUT, sum(1 << k for k in changed)])
+        content += b"".join(struct.pack("<dd", *kept[2 * k : 2 * k + 2]) for k in changed)
+        return Node.CUT, content, ((*kept, cell[12]),)
 
-    def turned(self, cell: Cell) -> tuple[bytes, Sequence[Cell]]:
-        """Return a cell of u's node, and the cells below."""
-        row = np.array([*np.ravel(cell.bounds), cell.chart, cell.side, 0.0])
-        state = look_turn(
-            self.model, ROTATION_ONLY, *self.scratch(self.turn_scratch), self.states, row, self.y, self.place
-        )
-        widest = max(hi - lo for lo, hi in cell.bounds)
-        if state == NOT_SLACK:
-            cable = self.too_long(cell)
-            return self.split(cell) if cable is None else (leaf(Node.TOO_LONG, [cable]), ())
-        if state in REASONS:
-            found = Leaf(cell, REASONS[state], tuple(self.written_y()))
-            if widest >= DOUBTFUL or confirmed(self.search, found, cell):
-                return leaf(found.node, found.data), ()
-            return self.split(cell)
-        if state == turn.BOTH:
-            return bytes([Node.SIDES]), [Cell(cell.chart, cell.bounds, side) for side in (1, -1)]
-        if self.setting.planar:
-            self.place[1] = 0.0
-        place = [(lo, hi) for lo, hi in self.place.tolist()]
-        if state == OPEN and self.is_settled(cell.chart, [*cell.bounds, *place]):
-            return leaf(Node.ROOT), ()
-        if state == turn.UNSMOOTH and widest <= turn.FOLD_WIDTH:
-            most = self.search.reach
-            x = [(0.0, 0.0) if k == 1 and self.setting.planar else (-most, most) for k in range(3)]
-            return bytes([Node.HAND_ON]), [Cell(cell.chart, (*cell.bounds, *x))]
-        return self.split(cell)
+    def written_y(self, data: Sequence[float]) -> bytes:
+        """Return a direction in 32 bits, its moments divided by the format's length."""
+        y = [v * (1.0 if k < 3 else self.moments) for k, v in enumerate(data[:6])]
+        most = max(map(abs, y))
+        fits = 0.0 < most < math.inf and not any(map(math.isnan, y))
+        return struct.pack("<6i", *(round(LARGEST_Y * v / most) if fits else 0 for v in y))
 
-    def split(self, cell: Cell) -> tuple[bytes, Sequence[Cell]]:
-        """Return the node that halves a cell, or gives it up where it is too small for that."""
-        k = longest(self.search, cell)
-        lo, hi = cell.bounds[k]
-        if hi - lo < SMALLEST * (1.0 if k < 3 else self.unit):
-            return leaf(Node.UNDECIDED), ()
-        return bytes([k]), cell.halves(k)
+    def split(self, cell: Cell, k: int) -> None:
+        """Let a cell be halved, whatever became of it."""
+        self.fates[cell] = k, bytes([k]), halves(cell, k)
 
-    def too_long(self, cell: Cell) -> int | None:
-        """Return a cable of which the checker confirms that it is too long over a cell of u; None: no one."""
-        others = range(self.search.platform.taut, len(self.search.platform.exits))
-        for cable in map(self.cable_at, others):
-            if confirmed(self.search, Leaf(cell, Node.TOO_LONG, (cable,)), cell):
-                return cable
-        return None
-
-    def scratch(self, arrays: Any) -> tuple[Any, Any, Any]:
-        """Return the arrays of a look."""
-        return arrays.forms, arrays.work, arrays.cells
-
-    def is_settled(self, chart: int, bounds: Sequence[tuple[float, float]]) -> bool:
-        """Return True where a box of (u, x) lies in a root's box."""
-        return any(root.holds(chart, bounds) for root in self.search.roots)
-
-    def written_y(self) -> list[int]:
-        """Return the direction tried last in 32 bits, its moments divided by the format's length."""
-        y = self.y * np.array([1.0] * 3 + [self.unit / self.model.size] * 3)
-        most = float(np.abs(y).max())
-        return [round(LARGEST_Y * v / most) if most > 0.0 and math.isfinite(most) else 0 for v in y.tolist()]
-
-    def placed(self, cell: Cell) -> tuple[bytes, Sequence[Cell]]:
-        """Return a cell of (u, x)'s node, and the cells below."""
-        if self.is_settled(cell.chart, cell.bounds):
-            return leaf(Node.ROOT), ()
-        platform, entries = self.search.platform, box_forms(cell.bounds)
-        turned, x = Turned(self.search.forms, cell.chart, entries[:3]), entries[3:]
-        place = Place(turned, x, False)
-        if place.no_length():
-            return leaf(Node.NO_LENGTH), ()
-        cut = self.cut(cell, place)
-        if cut is not None:
-            return cut
-        for j in range(platform.taut, len(platform.exits)):
-            cable = self.cable_at(j)
-            if self.search.may_be_slack(cable) and place.positive(turned.excess(j, x)):
-                return leaf(Node.TOO_LONG, [cable]), ()
-        if not self.search.problem.ignore_tension_sign:
-            y = likely_direction(turned, x)
-            if y is not None and unbalanced(place, y):
-                return leaf(Node.UNBALANCED, y), ()
-        return self.split(cell)
-
-    def cable_at(self, j: int) -> int:
-        """Return the cable at a place of the platform's list."""
-        return [
-            *self.search.order,
-            *(i for i in range(len(self.search.problem.names)) if i not in self.search.order),
-        ][j]
-
-    def cut(self, cell: Cell, place: Place) -> tuple[bytes, Sequence[Cell]] | None:
-        """Return the node that cuts a cell to where the lengths can hold, where that helps."""
-        kept, written, useful = cell, [], 0
-        for k, (lo, hi) in enumerate(cell.bounds):
-            found = place.kept(k, lo, hi) if lo < hi else None
-            if found is None:
-                continue
-            slack = WIDER * (hi - lo) + ROUNDING * max(abs(lo), abs(hi))
-            new = (max(lo, clipped(found[0]) - slack), min(hi, clipped(found[1]) + slack))
-            if not new[0] < new[1]:
-                continue
-            if new[1] - new[0] <= USEFUL_CUT * (hi - lo):
-                useful |= 1 << k
-                kept = kept.with_bounds(k, *new)
-                written.append(struct.pack("<dd", *new))
-        return (bytes([Node.CUT, useful]) + b"".join(written), [kept]) if useful else None
+    def encoded(self, start: Cell, is_doubtful: Callable[[Cell, Fate], bool]) -> bytes:
+        """Return the tree of a cell; what is missing or doubtful is pending."""
+        parts, waiting = [], [(start, 0)]
+        while waiting:
+            cell, depth = waiting.pop()
+            found = None if depth > DEEPEST else self.fates.get(cell)
+            if found is None or is_doubtful(cell, found):
+                parts.append(PENDING)
+            else:
+                parts.append(found[1])
+                waiting += [(part, depth + 1) for part in reversed(found[2])]
+        return b"".join(parts)
 
 
-def clipped(x: Fraction) -> float:
-    """Return a double near an exact number, clipped."""
-    return max(-1e300, min(1e300, float(x)))
+def halves(cell: Cell, k: int) -> tuple[Cell, Cell]:
+    """Return the halves of a cell in one entry."""
+    middle = 0.5 * (cell[2 * k] + cell[2 * k + 1])
+    return (
+        (*cell[: 2 * k + 1], middle, *cell[2 * k + 2 :]),
+        (*cell[: 2 * k], middle, *cell[2 * k + 1 :]),
+    )
 
 
-def likely_direction(turned: Turned, x: Any) -> list[int] | None:
-    """Return y in 32 bits with equal positive products with all wrenches, of length 1, at a cell's centre."""
-    rows = [[value(v) for v in w] for w in turned.wrenches(x)]
-    lengths = [math.sqrt(guess.inner(row, row)) or 1.0 for row in rows]
-    unit = [[v / length for v in row] for row, length in zip(rows, lengths, strict=True)]
-    found = guess.direction(unit, [1.0] * len(unit))
-    if found is None:
-        return None
-    most = max(map(abs, found[0]))
-    return [round(LARGEST_Y * v / most) for v in found[0]] if 0.0 < most < math.inf else None
+def leaf_of(cell: Cell, fate: Fate) -> Leaf:
+    """Return a leaf or cut as the checker has it."""
+    node, content, parts = fate
+    assert isinstance(node, Node)
+    data = struct.unpack("<6i", content[1:]) if node is Node.UNBALANCED else tuple(content[1:2])
+    kept = box_of(parts[0]) if node is Node.CUT else None
+    return Leaf(box_of(cell), node, () if node is Node.CUT else data, kept)
 
 
-def leaf(node: Node, data: Sequence[int] = ()) -> bytes:
-    """Return a leaf's bytes."""
-    if node is Node.TOO_LONG:
-        return bytes([node, *data])
-    return bytes([node]) + (struct.pack("<6i", *data) if node is Node.UNBALANCED else b"")
-
-
-def root_entry(root: Claimed) -> dict[str, Any]:
-    """Return a root as the document has it."""
-    box = [[lo.hex(), hi.hex()] for lo, hi in root.box]
-    return {"chart": root.chart, "u": box[:3], "x": box[3:], "pose": root.pose}
+def box_of(cell: Cell) -> Box:
+    """Return a cell as the checker has it."""
+    count = 3 if len(cell) == TURNED else 6
+    bounds = tuple((cell[2 * k], cell[2 * k + 1]) for k in range(count))
+    return Box(int(cell[2 * count]), bounds, int(cell[7]) if count == 3 else 0)

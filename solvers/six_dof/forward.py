@@ -17,10 +17,12 @@ from solvers.questions.problem import Options, Problem, Progress
 from solvers.six_dof.clusters import anywhere, clusters
 from solvers.six_dof.families_point import point_solution, poses_at
 from solvers.six_dof.hanging import hangs_by_centre
+from solvers.six_dof.noted_search import turn_notes
 from solvers.six_dof.merge import distinct, one_of_each_torus
 from solvers.six_dof.open_entries import open_cables, settle
 from solvers.six_dof.parts import put_together
 from solvers.six_dof.prepared import kind_of, lengths_of, prepared
+from solvers.six_dof.record import MOST_NOTES
 from solvers.six_dof.reach import reach_message
 from solvers.six_dof.reduction import Reduced, reduced_problems
 from solvers.six_dof.roots import Root
@@ -88,6 +90,8 @@ class Run:
         self.problem = problem
         self.options = options
         self.budget = Budget(options.time_limit, options.cell_limit)
+        if options.record is not None:
+            options.record.budget = self.budget
         self.total = len(subsets(problem))
         self.found: list[tuple[tuple[int, ...], Found, float]] = []
         self.stopped: Stop | None = None
@@ -161,8 +165,10 @@ class Run:
         self, taut: tuple[int, ...], kind: Classification, frame: int, reduced: Reduced, found: Found
     ) -> None:
         """Search one reduced problem, or take what was found elsewhere, and turn its roots into solutions."""
+        record = self.options.record
+        notes = None if record is None else turn_notes(MOST_NOTES)
         subset = SubsetSearch(
-            reduced.model, reduced.reduction, self.budget, self.options.threads, self.reporter(found)
+            reduced.model, reduced.reduction, self.budget, self.options.threads, self.reporter(found), notes
         )
         parts = None if self.options.parts is None else self.options.parts.get((taut, frame))
         if parts is None:
@@ -170,8 +176,8 @@ class Run:
         else:
             put_together(subset, reduced, parts)
         reduced = reduced.in_metres(subset)
-        if self.options.record is not None:
-            self.options.record.keep(taut, reduced, subset)
+        if record is not None:
+            record.keep(taut, reduced, subset)
         found.cells += subset.cells
         found.pending += subset.pending
         if subset.stop is not Stop.EXHAUSTED:

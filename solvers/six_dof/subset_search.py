@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from cdpr_interval.engine.batch_cells import SMALL
 from cdpr_interval.engine.budget import Budget, Stop
+from cdpr_interval.engine.notes import Notes
 from cdpr_interval.engine.search import Report, Run, search
 from cdpr_interval.kernels.lanes import LANES
 from cdpr_interval.kernels.second_order import ROTATION_ONLY, WHOLE_POSE
@@ -22,6 +23,7 @@ from cdpr_interval.mechanics.six_dof.arrays import Model
 from solvers.six_dof import pose_cells as pose
 from solvers.six_dof import rotation_cells as turn
 from solvers.six_dof.cell_kinds import form_arrays
+from solvers.six_dof.noted_search import noted_turn_run
 from solvers.six_dof.roots import Prover, Reduction, Root
 
 Floats = NDArray[np.float64]
@@ -51,6 +53,8 @@ class SubsetSearch:
     budget: Budget
     threads: int = 1
     report: Report | None = None
+    notes: Notes | None = None
+    """Takes notes of what becomes of the cells in u."""
     roots: list[Root] = field(default_factory=list)
     undecided: Floats = field(default_factory=lambda: np.empty((0, turn.WIDTH)))
     """Leaves of the search in u that could not be decided."""
@@ -97,9 +101,8 @@ class SubsetSearch:
 
     def one_round(self, cells: Floats, leaf_size: float, in_position: bool) -> tuple[Floats, Floats]:
         """Search down to ``leaf_size``; return small and folded leaves."""
-        make_run = pose_run if in_position else turn_run
         result = search(
-            lambda: make_run(self.model, self.roots, leaf_size),
+            lambda: self.run(leaf_size, in_position),
             cells,
             self.budget,
             threads=self.threads,
@@ -109,6 +112,14 @@ class SubsetSearch:
         self.stop = result.stop
         self.pending += len(result.pending)
         return result.leaves[result.kinds == SMALL], result.leaves[result.kinds == turn.FOLDED]
+
+    def run(self, leaf_size: float, in_position: bool) -> Run:
+        """Return the compiled search of one thread."""
+        if in_position:
+            return pose_run(self.model, self.roots, leaf_size)
+        if self.notes is not None:
+            return noted_turn_run(self.notes, self.model, root_rows(self.model, self.roots), leaf_size)
+        return turn_run(self.model, self.roots, leaf_size)
 
     def give_up(self, cells: Floats, in_position: bool, too_many: bool) -> None:
         """Keep what is left as undecided."""

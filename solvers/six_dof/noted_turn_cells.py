@@ -1,0 +1,167 @@
+"""The search in u with notes of what becomes of its cells: an observer of ``rotation_cells``.
+
+It notes the fates for which certificates have a rule. What the solver does beyond them (contraction by statics, roots'
+boxes in position and tensions) is not noted; see ``certified_turn_cells``.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from numba import njit
+
+from cdpr_interval.engine.batch_cells import (
+    NO_LENGTH,
+    NO_POSITION,
+    NOT_SLACK,
+    OPEN,
+    SETTLED,
+    SMALL,
+    UNBALANCED,
+    halve,
+    is_empty,
+    leaf,
+    open_lanes,
+)
+from cdpr_interval.engine.batches import batches
+from cdpr_interval.engine.contraction import EMPTY, PIVOTS
+from cdpr_interval.engine.notes import HAND_ON, SIDES, UNNOTED, begin_notes, halved_in
+from cdpr_interval.kernels.kernel import kernel
+from cdpr_interval.kernels.lanes import LANES, LaneArray, load, splat, store, where_less
+from cdpr_interval.kernels.second_order import Forms, Symbols, bounds
+from cdpr_interval.mechanics.six_dof.balance import balance_free, covers
+from cdpr_interval.mechanics.six_dof.directions import Y, centre_columns
+from cdpr_interval.mechanics.six_dof.geometry import (
+    MOST_TAUT,
+    POSITION,
+    SCRATCH,
+    SLACK_CABLE,
+    U_SYMBOLS,
+    cable_rows,
+    length_row,
+)
+from solvers.six_dof import rotation_cells as turn
+
+COLUMNS = 8
+"""Of a cell that are noted: all but its share."""
+DATA = 6
+"""Columns of data: y, or the cable that is too long."""
+PLACE = 52
+"""Two rows of W that pass bounds of x, and in place 3 those of a length."""
+NEEDED = 53
+"""Row of W whose first place passes lanes."""
+
+
+@kernel()
+def note_cables(F: Forms, W: LaneArray, model: Any, count: int, states: Any, notes: Any, first: int, S: Symbols) -> None:
+    """Note for every lane that is NOT_SLACK the cable that is too long by the largest bound.
+
+    ``states`` : (LANES,); ``notes`` : (rows, COLUMNS + 1 + DATA), those of the batch from ``first``.
+    """
+    for lane in range(count):
+        notes[first + lane, COLUMNS + 2] = 0.0
+    for i in range(model.n_taut, model.lengths.shape[0]):
+        cable_rows(F, SLACK_CABLE, model, i, model.orders[0, 0], S)
+        length_row(F, SCRATCH, SLACK_CABLE, S)
+        below, _ = bounds(F, SCRATCH, S)
+        store(W, PLACE, 3, below)
+        for lane in range(count):
+            row = first + lane
+            if states[lane] == NOT_SLACK and W[PLACE, 3, lane] > notes[row, COLUMNS + 2]:
+                notes[row, COLUMNS + 1], notes[row, COLUMNS + 2] = i, W[PLACE, 3, lane]
+
+
+@kernel()
+def note_directions(F: Forms, W: LaneArray, model: Any, count: int, states: Any, notes: Any, first: int, S: Symbols) -> None:
+    """Note for every lane that is UNBALANCED a direction y: it is found anew, as others came after it.
+
+    ``states`` : (LANES,); ``notes`` : (rows, COLUMNS + 1 + DATA), those of the batch from ``first``.
+    """
+    rank = 0
+    for lane in range(LANES):
+        W[NEEDED, 0, lane] = 1.0 if states[lane] == UNBALANCED else 0.0
+        for s in range(MOST_TAUT):
+            if W[PIVOTS, s, lane] >= 0.0:
+                rank = max(rank, s + 1)
+    centre_columns(F, W, model.n_taut)
+    balance_free(F, W, model.n_taut, rank, load(W, NEEDED, 0), S)
+    for lane in range(count):
+        if states[lane] == UNBALANCED:
+            for k in range(6):
+                notes[first + lane, COLUMNS + 1 + k] = W[Y, k, lane]
+
+
+@kernel()
+def note_fates(
+    F: Forms,
+    W: LaneArray,
+    model: Any,
+    C: LaneArray,
+    count: int,
+    states: Any,
+    verdicts: Any,
+    children: Any,
+    notes: Any,
+    noted: Any,
+    S: Symbols,
+) -> None:
+    """Add the fates to the notes of a batch.
+
+    ``states``, ``verdicts`` : (LANES,); ``children`` : (2 LANES, width); ``notes`` : (rows, COLUMNS + 1 + DATA);
+    ``noted`` : (1,).
+    """
+    first = noted[0]
+    too_long, unbalanced = False, False
+    for lane in range(count):
+        note, state, fate = notes[first + lane], states[lane], UNNOTED
+        if state == NO_POSITION or state == NO_LENGTH or state == NOT_SLACK or state == UNBALANCED:
+            fate = state
+        elif state == turn.BOTH:
+            fate = SIDES
+        elif verdicts[lane] == -turn.FOLDED:
+            fate = HAND_ON
+        elif verdicts[lane] == 2:
+            fate = halved_in(C, note, lane, U_SYMBOLS, children)
+        note[COLUMNS] = fate
+        too_long = too_long or state == NOT_SLACK
+        unbalanced = unbalanced or state == UNBALANCED
+    if too_long:
+        note_cables(F, W, model, count, states, notes, first, S)
+    if unbalanced:
+        note_directions(F, W, model, count, states, notes, first, S)
+    noted[0] = first + count
+
+
+@kernel(inline="always")
+def process(context: Any, C: LaneArray, count: int, verdicts: Any, children: Any) -> None:
+    """Look at a batch as the search does, and take notes; see ``engine.batches``."""
+    inner, notes, noted = context
+    model, _, _, S, F, W, states = inner
+    begin_notes(C, count, notes, noted, COLUMNS)
+    turn.process(inner, C, count, verdicts, children)
+    note_fates(F, W, model, C, count, states, verdicts, children, notes, noted, S)
+
+
+@njit(cache=True, nogil=True)
+def run(
+    model: Any,
+    roots: Any,
+    leaf_size: float,
+    S: Symbols,
+    F: Forms,
+    W: LaneArray,
+    C: LaneArray,
+    states: Any,
+    verdicts: Any,
+    notes: Any,
+    noted: Any,
+    stack: Any,
+    count: int,
+    leaves: Any,
+    kinds: Any,
+    children: Any,
+    cell_limit: int,
+) -> tuple[int, int, int]:
+    """Search cells in u depth first and take notes; see ``engine.batches`` and ``engine.notes``."""
+    context = ((model, roots, leaf_size, S, F, W, states), notes, noted)
+    return batches(process, context, C, verdicts, stack, count, leaves, kinds, children, cell_limit)
