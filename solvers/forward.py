@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from cdpr_interval.engine.budget import Budget
 from cdpr_interval.errors import InputError, NotSupportedError
 from cdpr_interval.robots.cable_robot import Robot
 from solvers.answers.message import message_of
@@ -182,6 +183,8 @@ def read_method(name: str, label: str = "method") -> Method:
 def answer_question(problem: Problem, options: Options) -> Result:
     """Put a checked question to the solver of the robot's class and return the result."""
     start = time.perf_counter()
+    if options.record is not None:
+        options.record.budget = Budget(options.time_limit)
     try:
         answer = _solve(problem, options)
     except KeyboardInterrupt:

@@ -68,13 +68,21 @@ def command(robot: str, **given: Any) -> int:
         finally:
             # Even when the disk is full, what was computed is shown.
             _show(result, table=not given["quiet"] and (target is None or not target.is_stdout))
-        if certificate is not None:
-            from solvers.proofs.document import certificate_bytes
-
-            certificate.write_bytes(certificate_bytes(problem, options, result))
+    if certificate is not None:
+        _certify(problem, options, result, certificate)
     if given["verbose"]:
         _log(result)
-    return _exit_code(result)
+    return _exit_code(result, options)
+
+
+def _certify(problem: Problem, options: Options, result: Result, certificate: JsonTarget) -> None:
+    """Write the certificate, with what is left of the run's budget; an interrupt ends it as it does a search."""
+    from solvers.proofs.document import certificate_bytes
+
+    with interruptible() as finish:
+        content = certificate_bytes(problem, options, result)
+        finish()
+        certificate.write_bytes(content)
 
 
 def _of_tensions(source: str, given: dict[str, Any], target: JsonTarget | None) -> int:
@@ -208,11 +216,12 @@ def _log(result: Result) -> None:
     click.echo(f"{cost.cells} cells, {cost.time:.3f} s, {cost.threads} threads", err=True)
 
 
-def _exit_code(result: Result) -> int:
+def _exit_code(result: Result, options: Options | None = None) -> int:
     from solvers.answers.result import Outcome, StopReason
     from solvers.cli import ExitCode
 
-    if result.stop_reason is StopReason.INTERRUPTED:
+    record = None if options is None else options.record
+    if result.stop_reason is StopReason.INTERRUPTED or (record is not None and record.is_interrupted):
         return ExitCode.INTERRUPTED
     if result.outcome is Outcome.INCOMPLETE:
         return ExitCode.INCOMPLETE

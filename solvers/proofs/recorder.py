@@ -8,15 +8,13 @@ pending. Nothing here needs to be trusted: what is written is checked.
 from __future__ import annotations
 
 import base64
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from cdpr_interval.engine import notes
 from cdpr_interval.engine.budget import Budget, Stop
-from cdpr_interval.engine.notes import Notes
 from cdpr_interval.engine.search import Run, search
 from certificates.frames import Setting
 from certificates.leaves import confirmed, longest
@@ -24,9 +22,9 @@ from certificates.problem import Listed
 from certificates.problem import Problem as Question
 from certificates.searches import Search
 from certificates.tree import Node
+from solvers.proofs.allowance import Allowance
 from solvers.proofs.claims import claim, root_entry
 from solvers.proofs.tree import TURNED, Cell, Fate, Trees, box_of, leaf_of
-from solvers.six_dof import pose_cells as pose
 from solvers.six_dof import rotation_cells as turn
 from solvers.six_dof.noted_search import certified_pose_run, certified_turn_run, pose_notes, turn_notes
 from solvers.six_dof.record import MOST_NOTES, Searched
@@ -83,7 +81,7 @@ class Recorder:
         reduced = searched.reduced
         # The format has no leaf for poses that belong to a smaller subset.
         self.model, self.reduced, self.listed = reduced.model._replace(hanging=False), reduced, listed
-        self.found = searched.roots
+        self.found, self.notes = searched.roots, searched.notes
         n = len(setting.taut)
         order = [setting.taut[k] for k in reduced.model.orders[0][:n]]
         charts = [None if setting.frozen(chart) is None else UNKNOWN for chart in range(4)]
@@ -92,7 +90,6 @@ class Recorder:
         self.unit = 1.0 / float(self.search.platform.per_unit)
         moments = self.unit / self.model.size
         self.trees = Trees([*setting.taut, *others], moments, self.search.reach, setting.planar)
-        self.trees.add(searched.notes.taken(), searched.notes.columns)
         self.starts: dict[int, Cell] = {}
         for chart in range(4):
             frozen = setting.frozen(chart)
@@ -102,25 +99,30 @@ class Recorder:
         self.sure: set[Cell] = set()
         """Doubtful cells that the checker confirmed."""
 
-    def claim_roots(self, may_go_on: Callable[[], bool]) -> None:
-        """Add what the checker confirms about the roots, as long as it may go on."""
+    def claim_roots(self, allowance: Allowance) -> None:
+        """Add what the checker confirms about the roots, until the allowance is spent."""
         for root in self.found:
-            if not may_go_on():
+            if allowance.is_spent:
                 return
-            found = claim(self.search, self.reduced, root, self.listed)
-            if found is not None:
-                self.search.roots.append(found)
+            with allowance.spending():
+                found = claim(self.search, self.reduced, root, self.listed)
+                if found is not None:
+                    self.search.roots.append(found)
 
-    def complete(self, budget: Budget, threads: int) -> None:
-        """Search what is missing, until nothing is or the budget is spent."""
-        patience = Patience(budget)
-        missing = self.missing(self.starts.values(), patience)
-        while missing and patience.stop() is None:
-            for kind in (TURNED, None):
-                cells = [cell for cell in missing if (len(cell) == TURNED) == (kind is TURNED)]
-                if cells:
-                    self.look(cells, patience, threads)
-            missing = self.missing(missing, patience)
+    def complete(self, allowance: Allowance, threads: int) -> None:
+        """Put the run's notes together and search what is missing, until nothing is or the budget is spent."""
+        patience = Patience(allowance.budget)
+        if patience.stop() is not None:
+            return
+        with allowance.spending():
+            self.trees.add(self.notes.taken(), self.notes.columns)
+            missing = self.missing(self.starts.values(), patience)
+            while missing and patience.stop() is None:
+                for is_turned in (True, False):
+                    cells = [cell for cell in missing if (len(cell) == TURNED) == is_turned]
+                    if cells:
+                        self.look(cells, patience, threads)
+                missing = self.missing(missing, patience)
 
     def missing(self, cells: Iterable[Cell], budget: Budget) -> list[Cell]:
         """Return the parts of cells of which nothing is known; leaves that are doubtful are tried on the way."""
@@ -163,19 +165,19 @@ class Recorder:
         return self.trees.fates[cell]
 
     def look(self, cells: list[Cell], budget: Patience, threads: int) -> None:
-        """Search cells of one kind by the rules of the certificate."""
-        taken: Notes
-        if len(cells[0]) == TURNED:
-            taken = turn_notes(MOST_NOTES)
-            run = lambda: certified_turn_run(taken, self.model, self.boxes(), SMALLEST)  # noqa: E731
-            columns = turn.WIDTH
-        else:
-            taken = pose_notes(MOST_NOTES)
-            run = lambda: certified_pose_run(taken, self.model, self.boxes(), SMALLEST, self.unit)  # noqa: E731
-            columns = pose.P_WIDTH
+        """Search cells of one kind by the rules of the certificate, and add what becomes of them."""
+        boxes = self.boxes()
+        taken = turn_notes(MOST_NOTES) if len(cells[0]) == TURNED else pose_notes(MOST_NOTES)
+
+        def run() -> Run:
+            """Return a thread's search."""
+            if len(cells[0]) == TURNED:
+                return budget.watching(certified_turn_run(taken, self.model, boxes, SMALLEST))
+            return budget.watching(certified_pose_run(taken, self.model, boxes, SMALLEST, self.unit))
+
         rows = np.array([[*cell, 1.0 / len(cells)] for cell in cells])
-        assert rows.shape[1] == columns
-        search(lambda: budget.watching(run()), rows, budget, threads=threads)
+        with budget.whole.listening():
+            search(run, rows, budget, threads=threads)
         self.trees.add(taken.taken(), taken.columns)
 
     def boxes(self) -> Floats:
