@@ -26,8 +26,8 @@ from solvers.proofs.allowance import Allowance
 from solvers.proofs.claims import claim, root_entry
 from solvers.proofs.tree import TURNED, Cell, Fate, Trees, box_of, leaf_of
 from solvers.six_dof import rotation_cells as turn
-from solvers.six_dof.noted_search import certified_pose_run, certified_turn_run, pose_notes, turn_notes
-from solvers.six_dof.record import MOST_NOTES, Searched
+from solvers.six_dof.noted_search import NotedPoses, NotedTurns
+from solvers.six_dof.record import Searched
 
 Floats = NDArray[np.float64]
 
@@ -167,18 +167,18 @@ class Recorder:
     def look(self, cells: list[Cell], budget: Patience, threads: int) -> None:
         """Search cells of one kind by the rules of the certificate, and add what becomes of them."""
         boxes = self.boxes()
-        taken = turn_notes(MOST_NOTES) if len(cells[0]) == TURNED else pose_notes(MOST_NOTES)
+        seen = NotedTurns() if len(cells[0]) == TURNED else NotedPoses()
 
         def run() -> Run:
             """Return a thread's search."""
-            if len(cells[0]) == TURNED:
-                return budget.watching(certified_turn_run(taken, self.model, boxes, SMALLEST))
-            return budget.watching(certified_pose_run(taken, self.model, boxes, SMALLEST, self.unit))
+            if isinstance(seen, NotedTurns):
+                return budget.watching(seen.certified_run(self.model, boxes, SMALLEST))
+            return budget.watching(seen.certified_run(self.model, boxes, SMALLEST, self.unit))
 
         rows = np.array([[*cell, 1.0 / len(cells)] for cell in cells])
         with budget.whole.listening():
             search(run, rows, budget, threads=threads)
-        self.trees.add(taken.taken(), taken.columns)
+        self.trees.add(seen.taken(), seen.columns)
 
     def boxes(self) -> Floats:
         """Return the claimed roots' boxes as the kernels read them."""

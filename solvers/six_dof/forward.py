@@ -17,12 +17,10 @@ from solvers.questions.problem import Options, Problem, Progress
 from solvers.six_dof.clusters import anywhere, clusters
 from solvers.six_dof.families_point import point_solution, poses_at
 from solvers.six_dof.hanging import hangs_by_centre
-from solvers.six_dof.noted_search import turn_notes
 from solvers.six_dof.merge import distinct, one_of_each_torus
 from solvers.six_dof.open_entries import open_cables, settle
 from solvers.six_dof.parts import put_together
 from solvers.six_dof.prepared import kind_of, lengths_of, prepared
-from solvers.six_dof.record import MOST_NOTES
 from solvers.six_dof.reach import reach_message
 from solvers.six_dof.reduction import Reduced, reduced_problems
 from solvers.six_dof.roots import Root
@@ -166,9 +164,9 @@ class Run:
     ) -> None:
         """Search one reduced problem, or take what was found elsewhere, and turn its roots into solutions."""
         record = self.options.record
-        notes = None if record is None else turn_notes(MOST_NOTES)
+        observer = None if record is None else record.observer()
         subset = SubsetSearch(
-            reduced.model, reduced.reduction, self.budget, self.options.threads, self.reporter(found), notes
+            reduced.model, reduced.reduction, self.budget, self.options.threads, self.reporter(found), observer
         )
         parts = None if self.options.parts is None else self.options.parts.get((taut, frame))
         if parts is None:
@@ -176,8 +174,8 @@ class Run:
         else:
             put_together(subset, reduced, parts)
         reduced = reduced.in_metres(subset)
-        if record is not None:
-            record.keep(taut, reduced, subset)
+        if record is not None and observer is not None:
+            record.keep(taut, reduced, subset, observer)
         found.cells += subset.cells
         found.pending += subset.pending
         if subset.stop is not Stop.EXHAUSTED:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -19,47 +20,52 @@ from solvers.six_dof.cell_kinds import form_arrays
 
 Floats = NDArray[np.float64]
 
-
-def turn_notes(most: int) -> Notes:
-    """Return room for the notes of a search in u."""
-    return Notes(noted_turn_cells.COLUMNS, noted_turn_cells.DATA, most)
+MOST_NOTES = 1_000_000
+"""Cells of one search that are noted: 120 MB. A certificate of more would be too large for the checker."""
 
 
-def pose_notes(most: int) -> Notes:
-    """Return room for the notes of a search in (u, x)."""
-    return Notes(certified_pose_cells.COLUMNS, certified_pose_cells.DATA, most)
+class NotedTurns(Notes):
+    """Notes of searches in u."""
+
+    def __init__(self) -> None:
+        super().__init__(noted_turn_cells.COLUMNS, noted_turn_cells.DATA, MOST_NOTES)
+
+    def solver_run(self, model: Model, roots: Floats, leaf_size: float) -> Run:
+        """Bind the solver's own search to its data and one thread's scratch.
+
+        ``roots`` : their uniqueness boxes as ``rotation_cells`` has them.
+        """
+        data = (model, roots, leaf_size, ROTATION_ONLY, *form_arrays(ROTATION_ONLY, turn.WIDTH))
+        return self.observed(bound(noted_turn_cells.run, data))
+
+    def certified_run(self, model: Model, boxes: Floats, smallest: float) -> Run:
+        """Bind the search by a certificate's rules.
+
+        ``boxes`` : (m, 13) of roots, chart, then (lo, hi) of (u, x). Leaves: too small (SMALL), or to be handed
+        on (FOLDED).
+        """
+        data = (model, boxes, smallest, ROTATION_ONLY, *form_arrays(ROTATION_ONLY, turn.WIDTH))
+        return self.observed(bound(certified_turn_cells.run, data))
 
 
-def noted_turn_run(notes: Notes, model: Model, roots: Floats, leaf_size: float) -> Run:
-    """Bind the solver's search in u to its data and one thread's scratch.
+class NotedPoses(Notes):
+    """Notes of searches in (u, x)."""
 
-    ``roots`` : their uniqueness boxes as ``rotation_cells`` has them.
-    """
-    scratch = form_arrays(ROTATION_ONLY, turn.WIDTH)
-    return bound(notes, noted_turn_cells.run, model, roots, leaf_size, ROTATION_ONLY, *scratch)
+    def __init__(self) -> None:
+        super().__init__(certified_pose_cells.COLUMNS, certified_pose_cells.DATA, MOST_NOTES)
 
-
-def certified_turn_run(notes: Notes, model: Model, boxes: Floats, smallest: float) -> Run:
-    """Bind the search in u by a certificate's rules.
-
-    ``boxes`` : (m, 13) of roots, chart, then (lo, hi) of (u, x). Leaves: too small (SMALL), to be handed on (FOLDED).
-    """
-    scratch = form_arrays(ROTATION_ONLY, turn.WIDTH)
-    return bound(notes, certified_turn_cells.run, model, boxes, smallest, ROTATION_ONLY, *scratch)
+    def certified_run(self, model: Model, boxes: Floats, smallest: float, unit: float) -> Run:
+        """Bind the search by a certificate's rules; ``unit`` : the format's length in m."""
+        data = (model, boxes, smallest, unit, WHOLE_POSE, *form_arrays(WHOLE_POSE, pose.P_WIDTH))
+        return self.observed(bound(certified_pose_cells.run, data))
 
 
-def certified_pose_run(notes: Notes, model: Model, boxes: Floats, smallest: float, unit: float) -> Run:
-    """Bind the search in (u, x) by a certificate's rules; ``unit`` : the format's length in m."""
-    scratch = form_arrays(WHOLE_POSE, pose.P_WIDTH)
-    return bound(notes, certified_pose_cells.run, model, boxes, smallest, unit, WHOLE_POSE, *scratch)
-
-
-def bound(notes: Notes, run: Any, *data: Any) -> Run:
-    """Return a compiled search with its data and what a thread needs."""
+def bound(run: Any, data: tuple[Any, ...]) -> Callable[..., tuple[int, int, int]]:
+    """Return a compiled search with its data: what a thread needs besides is made here."""
     states, verdicts = np.zeros((2, LANES), dtype=np.int64)
 
     def start(*rest: Any) -> tuple[int, int, int]:
         done: tuple[int, int, int] = run(*data, states, verdicts, *rest)
         return done
 
-    return notes.observed(start)
+    return start

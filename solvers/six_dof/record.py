@@ -6,16 +6,12 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from cdpr_interval.engine.budget import Budget, Stop
-from cdpr_interval.engine.notes import Notes
+from solvers.six_dof.noted_search import NotedTurns
 
 if TYPE_CHECKING:
     from solvers.six_dof.reduction import Reduced
     from solvers.six_dof.roots import Root
     from solvers.six_dof.subset_search import SubsetSearch
-
-MOST_NOTES = 1_000_000
-"""Cells of one search that are noted: 120 MB. A certificate of more would be too large for the checker."""
-
 
 @dataclass(frozen=True, eq=False)
 class Searched:
@@ -23,7 +19,7 @@ class Searched:
 
     reduced: Reduced
     roots: tuple[Root, ...]
-    notes: Notes
+    notes: NotedTurns
 
 
 @dataclass
@@ -34,10 +30,13 @@ class Record:
     budget: Budget = field(default_factory=Budget)
     """What the run may spend: the certificate has what is left of it."""
 
-    def keep(self, taut: tuple[int, ...], reduced: Reduced, subset: SubsetSearch) -> None:
+    def observer(self) -> NotedTurns:
+        """Return the observer of a search."""
+        return NotedTurns()
+
+    def keep(self, taut: tuple[int, ...], reduced: Reduced, subset: SubsetSearch, notes: NotedTurns) -> None:
         """Remember a search that has ended."""
-        assert subset.notes is not None
-        self.searches.setdefault(taut, []).append(Searched(reduced, tuple(subset.roots), subset.notes))
+        self.searches.setdefault(taut, []).append(Searched(reduced, tuple(subset.roots), notes))
 
     @property
     def is_interrupted(self) -> bool:

@@ -9,13 +9,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from functools import cache
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from cdpr_interval.engine.batch_cells import SMALL
 from cdpr_interval.engine.budget import Budget, Stop
-from cdpr_interval.engine.notes import Notes
 from cdpr_interval.engine.search import Report, Run, search
 from cdpr_interval.kernels.lanes import LANES
 from cdpr_interval.kernels.second_order import ROTATION_ONLY, WHOLE_POSE
@@ -23,7 +23,6 @@ from cdpr_interval.mechanics.six_dof.arrays import Model
 from solvers.six_dof import pose_cells as pose
 from solvers.six_dof import rotation_cells as turn
 from solvers.six_dof.cell_kinds import form_arrays
-from solvers.six_dof.noted_search import noted_turn_run
 from solvers.six_dof.roots import Prover, Reduction, Root
 
 Floats = NDArray[np.float64]
@@ -44,6 +43,14 @@ GROWING_DEEP = 2_000
 """More leaves than this around points, and more than in the round before: smaller ones decide no more."""
 
 
+class Observer(Protocol):
+    """Whoever sees what becomes of the cells in u."""
+
+    def solver_run(self, model: Model, roots: Floats, leaf_size: float) -> Run:
+        """Return one thread's search, the same as `turn_run` but that it is seen; ``roots`` : `root_rows`."""
+        ...
+
+
 @dataclass
 class SubsetSearch:
     """What the search of one taut subset has found so far."""
@@ -53,8 +60,8 @@ class SubsetSearch:
     budget: Budget
     threads: int = 1
     report: Report | None = None
-    notes: Notes | None = None
-    """Takes notes of what becomes of the cells in u."""
+    observer: Observer | None = None
+    """Sees what becomes of the cells in u."""
     roots: list[Root] = field(default_factory=list)
     undecided: Floats = field(default_factory=lambda: np.empty((0, turn.WIDTH)))
     """Leaves of the search in u that could not be decided."""
@@ -117,8 +124,8 @@ class SubsetSearch:
         """Return the compiled search of one thread."""
         if in_position:
             return pose_run(self.model, self.roots, leaf_size)
-        if self.notes is not None:
-            return noted_turn_run(self.notes, self.model, root_rows(self.model, self.roots), leaf_size)
+        if self.observer is not None:
+            return self.observer.solver_run(self.model, root_rows(self.model, self.roots), leaf_size)
         return turn_run(self.model, self.roots, leaf_size)
 
     def give_up(self, cells: Floats, in_position: bool, too_many: bool) -> None:
