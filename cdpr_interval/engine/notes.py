@@ -1,9 +1,9 @@
 """What became of the cells of a search, noted by an observer while it runs: the record of a proof.
 
-A note is one row of float64: the cell as it was taken from the stack (its columns but the last, its share), its
-fate, and data that belong to the fate. Cells whose fate has no word here are not noted. A problem is observed by
-a ``process`` around its own one, which copies the cells, calls it, and adds the fates; the engine itself does
-not know of observers, and a search that nobody observes has none of their code.
+A note is one row of float64: the cell as it was taken from the stack (its columns but the last, its
+share), its fate, and data that belong to the fate. Cells whose fate has no word here are not noted. A problem
+is observed by a ``process`` around its own one, which copies the cells, calls it, and adds the fates; the
+engine itself does not know of observers, and a search that nobody observes has none of their code.
 """
 
 from __future__ import annotations
@@ -24,8 +24,8 @@ Floats = NDArray[np.float64]
 UNNOTED = -1
 """The fate of a cell that is not noted."""
 SIDES, CUT, HAND_ON = 6, 7, 8
-"""Fates: the two branches; cut to bounds; to be searched with more variables. 0 to 5: halved in that variable;
-the states of lanes proved empty stand for themselves."""
+"""Fates: the two branches; cut to bounds; to be searched with more variables. 0 to 5: halved in that
+variable; the states of lanes proved empty stand for themselves."""
 IN_BOX, UNDECIDED = 32, 33
 """Fates: within a root's box; too small to be halved."""
 

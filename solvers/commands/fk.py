@@ -76,7 +76,7 @@ def command(robot: str, **given: Any) -> int:
 
 
 def _certify(problem: Problem, options: Options, result: Result, certificate: JsonTarget) -> None:
-    """Write the certificate, with what is left of the run's budget; an interrupt ends it as it does a search."""
+    """Write the certificate with what is left of the run's budget; interrupts end it as they do a search."""
     from solvers.proofs.document import certificate_bytes
 
     with interruptible() as finish:

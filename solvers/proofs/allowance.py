@@ -11,8 +11,8 @@ from cdpr_interval.engine.budget import Budget, Stop
 from certificates import clock
 
 GRACE = 1.0
-"""Seconds after the end of a run, by its time limit or an interrupt, in which the poses that it found are still
-given their proofs: about ten of them. Trees are not recorded any more."""
+"""Seconds after the end of a run, by its time limit or an interrupt, in which the poses that it found are
+still given their proofs: about ten of them. Trees are not recorded any more."""
 
 
 class Allowance:

@@ -1,8 +1,8 @@
 """The trees of one search as a certificate has them, put together from notes of what became of its cells.
 
-A cell is a tuple of floats: bounds of u or of (u, x), its chart, and for u the side. Notes say what became of a
-cell; what becomes of its parts is found under their own bounds, whoever looked at them, and when. A cell of which
-there is no note is missing: it may be looked at later, or is written as pending.
+A cell is a tuple of floats: bounds of u or of (u, x), its chart, and for u the side. Notes say what became of
+a cell; what becomes of its parts is found under their own bounds, whoever looked at them, and when. A cell of
+which there is no note is missing: it may be looked at later, or is written as pending.
 """
 
 from __future__ import annotations
@@ -21,14 +21,13 @@ from certificates.tree import Cell as Box
 
 Floats = NDArray[np.float64]
 Cell = tuple[float, ...]
-Fate = tuple[Node | int, bytes, tuple[Cell, ...]]
-"""The node, all its bytes, and the parts of the cell."""
-
 TURNED = 8
 """Numbers of a cell in u; those of one in (u, x) are 13."""
 LARGEST_Y = 2**31 - 1
 """The largest of 32 bits."""
 NODES = {
+    notes.SIDES: Node.SIDES,
+    notes.HAND_ON: Node.HAND_ON,
     notes.IN_BOX: Node.ROOT,
     notes.UNDECIDED: Node.UNDECIDED,
     NO_POSITION: Node.NO_POSITION,
@@ -36,7 +35,7 @@ NODES = {
     NOT_SLACK: Node.TOO_LONG,
     UNBALANCED: Node.UNBALANCED,
 }
-"""Leaves by their fate."""
+"""Nodes by their fate."""
 PENDING = bytes([Node.PENDING])
 
 
@@ -59,63 +58,74 @@ class Trees:
         self.cables, self.moments = cables, moments
         most = [[-reach, reach] if k != 1 or not planar else [0.0, 0.0] for k in range(3)]
         self.everywhere = tuple(v for pair in most for v in pair)
-        self.fates: dict[Cell, Fate] = {}
+        self.nodes: dict[Cell, bytes] = {}
+        """The node of each cell, as it is written."""
         self.tied: set[Cell] = set()
-        """Cells cut by pivots that the checker may choose in another order."""
+        """Cells cut by pivots instead of which the checker may choose others."""
 
     def add(self, rows: Floats, columns: int) -> None:
-        """Add notes; a later one of a cell counts."""
+        """Add notes of cells with so many columns; a later one of a cell counts."""
         for row in rows.tolist():
             cell = tuple(row[:columns])
-            self.fates[cell] = self.fate(cell, int(row[columns]), row[columns + 1 :])
+            self.nodes[cell] = self.node(cell, int(row[columns]), row[columns + 1 :])
 
-    def fate(self, cell: Cell, code: int, data: Sequence[float]) -> Fate:
-        """Return what a note says."""
-        if code < 6:
-            return code, bytes([code]), halves(cell, code)
-        if code == notes.SIDES:
-            return Node.SIDES, bytes([Node.SIDES]), ((*cell[:-1], 1.0), (*cell[:-1], -1.0))
-        if code == notes.HAND_ON:
-            return Node.HAND_ON, bytes([Node.HAND_ON]), ((*cell[:6], *self.everywhere, cell[6]),)
-        if code == notes.CUT:
+    def node(self, cell: Cell, fate: int, data: Sequence[float]) -> bytes:
+        """Return the node that a note of a cell is written as."""
+        if fate < 6:
+            return bytes([fate])
+        if fate == notes.CUT:
             if data[12]:
                 self.tied.add(cell)
-            return self.cut(cell, tuple(data[:12]))
-        node = NODES[code]
+            changed = [k for k in range(6) if (data[2 * k], data[2 * k + 1]) != cell[2 * k : 2 * k + 2]]
+            bounds = (struct.pack("<dd", *data[2 * k : 2 * k + 2]) for k in changed)
+            return bytes([Node.CUT, sum(1 << k for k in changed)]) + b"".join(bounds)
+        node = NODES[fate]
         if node is Node.TOO_LONG:
-            return node, bytes([node, self.cables[int(data[0])]]), ()
-        return node, bytes([node]) + (self.written_y(data) if node is Node.UNBALANCED else b""), ()
+            return bytes([node, self.cables[int(data[0])]])
+        return bytes([node]) + (self.written_y(data[:6]) if node is Node.UNBALANCED else b"")
 
-    def cut(self, cell: Cell, kept: Cell) -> Fate:
-        """Return the node that cuts a cell to bounds of (u, x)."""
-        changed = [k for k in range(6) if kept[2 * k : 2 * k + 2] != cell[2 * k : 2 * k + 2]]
-        content = bytes([Node.CUT, sum(1 << k for k in changed)])
-        content += b"".join(struct.pack("<dd", *kept[2 * k : 2 * k + 2]) for k in changed)
-        return Node.CUT, content, ((*kept, cell[12]),)
-
-    def written_y(self, data: Sequence[float]) -> bytes:
+    def written_y(self, y: Sequence[float]) -> bytes:
         """Return a direction in 32 bits, its moments divided by the format's length."""
-        y = [v * (1.0 if k < 3 else self.moments) for k, v in enumerate(data[:6])]
+        y = [v * (1.0 if k < 3 else self.moments) for k, v in enumerate(y)]
         most = max(map(abs, y))
         fits = 0.0 < most < math.inf and not any(map(math.isnan, y))
         return struct.pack("<6i", *(round(LARGEST_Y * v / most) if fits else 0 for v in y))
 
-    def split(self, cell: Cell, k: int) -> None:
-        """Let a cell be halved, whatever became of it."""
-        self.fates[cell] = k, bytes([k]), halves(cell, k)
+    def parts(self, cell: Cell, node: bytes) -> tuple[Cell, ...]:
+        """Return the cells below a node."""
+        code = node[0]
+        if code < 6:
+            return halves(cell, code)
+        if code == Node.SIDES:
+            return (*cell[:7], 1.0), (*cell[:7], -1.0)
+        if code == Node.HAND_ON:
+            return ((*cell[:6], *self.everywhere, cell[6]),)
+        if code == Node.CUT:
+            kept, left = list(cell), [k for k in range(6) if node[1] >> k & 1]
+            for i, k in enumerate(left):
+                kept[2 * k : 2 * k + 2] = struct.unpack_from("<dd", node, 2 + 16 * i)
+            return (tuple(kept),)
+        return ()
 
-    def encoded(self, start: Cell, is_doubtful: Callable[[Cell, Fate], bool]) -> bytes:
+    def encoded(self, start: Cell, is_doubtful: Callable[[Cell, bytes], bool]) -> bytes:
         """Return the tree of a cell; what is missing or doubtful is pending."""
-        parts, waiting = [], [(start, 0)]
+        content, waiting = [], [(start, 0)]
         while waiting:
             cell, depth = waiting.pop()
-            found = None if depth > DEEPEST else self.fates.get(cell)
-            if found is None or is_doubtful(cell, found):
-                parts.append(PENDING)
+            node = None if depth > DEEPEST else self.nodes.get(cell)
+            if node is None or is_doubtful(cell, node):
+                content.append(PENDING)
             else:
-                parts.append(found[1])
-                waiting += [(part, depth + 1) for part in reversed(found[2])]
-        return b"".join(parts)
+                content.append(node)
+                waiting += [(part, depth + 1) for part in reversed(self.parts(cell, node))]
+        return b"".join(content)
+
+    def leaf(self, cell: Cell, node: bytes) -> Leaf:
+        """Return a leaf or cut as the checker has it."""
+        code = Node(node[0])
+        if code is Node.CUT:
+            return Leaf(box_of(cell), code, kept=box_of(self.parts(cell, node)[0]))
+        return Leaf(box_of(cell), code, struct.unpack("<6i", node[1:]) if len(node) > 2 else tuple(node[1:]))
 
 
 def halves(cell: Cell, k: int) -> tuple[Cell, Cell]:
@@ -125,15 +135,6 @@ def halves(cell: Cell, k: int) -> tuple[Cell, Cell]:
         (*cell[: 2 * k + 1], middle, *cell[2 * k + 2 :]),
         (*cell[: 2 * k], middle, *cell[2 * k + 1 :]),
     )
-
-
-def leaf_of(cell: Cell, fate: Fate) -> Leaf:
-    """Return a leaf or cut as the checker has it."""
-    node, content, parts = fate
-    assert isinstance(node, Node)
-    data = struct.unpack("<6i", content[1:]) if node is Node.UNBALANCED else tuple(content[1:2])
-    kept = box_of(parts[0]) if node is Node.CUT else None
-    return Leaf(box_of(cell), node, () if node is Node.CUT else data, kept)
 
 
 def box_of(cell: Cell) -> Box:

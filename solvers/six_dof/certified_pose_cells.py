@@ -1,8 +1,8 @@
 """Cells in (u, x), searched by the rules of a certificate alone, with notes of what becomes of them.
 
-The tests are those of the checker, on the solver's forms: a form is bounded by its value and the sizes of its
-coefficients, and the equations are solved for the symbols that complete pivoting chooses, or a cut would not be
-confirmed. Nothing here needs to be rigorous, as what is noted is checked.
+The tests are those of the checker, on the solver's forms: a form is bounded by its value and the sizes of
+its coefficients, and the equations are solved for the symbols that complete pivoting chooses, or a cut would
+not be confirmed. Nothing here needs to be rigorous, as what is noted is checked.
 """
 
 from __future__ import annotations
@@ -11,15 +11,35 @@ from typing import Any
 
 from numba import njit, types
 
-from cdpr_interval.engine.batch_cells import NO_LENGTH, NOT_SLACK, OPEN, SETTLED, SMALL, UNBALANCED, halve, leaf, mark, open_lanes
+from cdpr_interval.engine.batch_cells import (
+    NO_LENGTH,
+    NOT_SLACK,
+    OPEN,
+    SETTLED,
+    SMALL,
+    UNBALANCED,
+    halve,
+    leaf,
+    mark,
+    open_lanes,
+)
 from cdpr_interval.engine.batches import batches
-from cdpr_interval.engine.contraction import EMPTY, PIVOTS, SMALLER, TABLEAU, blank, eliminate, is_pivot, reduce_row
-from cdpr_interval.engine.notes import CUT, IN_BOX, UNDECIDED, UNNOTED, begin_notes
+from cdpr_interval.engine.contraction import (
+    EMPTY,
+    PIVOTS,
+    SMALLER,
+    TABLEAU,
+    blank,
+    eliminate,
+    is_pivot,
+    reduce_row,
+)
+from cdpr_interval.engine.notes import CUT, IN_BOX, UNDECIDED, begin_notes
 from cdpr_interval.kernels.kernel import kernel
 from cdpr_interval.kernels.lanes import LANES, LaneArray, Lanes, array3, lanes, load, splat, store, where_less
-from cdpr_interval.kernels.second_order import Forms, Symbols, add_scaled, constant, signatures
+from cdpr_interval.kernels.second_order import Forms, Symbols, add_scaled, constant, moving6, signatures
 from cdpr_interval.mechanics.six_dof.balance import balance_free, covers
-from cdpr_interval.mechanics.six_dof.directions import Y, centre_columns
+from cdpr_interval.mechanics.six_dof.directions import Y, centre_columns, choose_slopes, wrench_of
 from cdpr_interval.mechanics.six_dof.geometry import (
     EQUATION,
     PIVOT,
@@ -36,9 +56,10 @@ from solvers.six_dof import pose_cells as pose
 COLUMNS = 13
 """Of a cell that are noted: all but its share."""
 DATA = 13
-"""Columns of data: y, the cable that is too long, or the bounds of (u, x) that are left and whether that is doubtful."""
+"""Columns of data: y, the cable that is too long, or the bounds of (u, x) that are left and whether the
+checker may choose other pivots."""
 TIED = 1e-9
-"""Pivots that differ by less may be chosen in another order by the checker: a cut by them is doubtful."""
+"""Of pivots that differ by less the checker may choose another one."""
 NO_PIVOT = 1e-9
 """Pivots below this share of the first one are taken for rounding: the equations depend on each other."""
 USEFUL_CUT = 0.7
@@ -50,8 +71,9 @@ ROUNDING = 2.0**-50
 POSITION_SHARE = 0.4
 """Width of x over the format's length that counts as much as a width of u, where a cell is halved."""
 PASSED = 52
-"""Row of W that passes numbers lane by lane, the last one whether the pivots are doubtful."""
-DOUBT = 2
+"""Row of W that passes numbers lane by lane."""
+TIE = 2
+"""Its place that says whether other pivots might be chosen."""
 
 
 @kernel(signatures(lanes, types.int64))
@@ -67,7 +89,7 @@ def choose_pivots(W: LaneArray, lane: int, count: int, symbols: int) -> int:
     """Run Gauss-Jordan with complete pivoting on a lane's tableau of full rank; return the rank, or 0."""
     for s in range(count):
         W[PIVOTS, s, lane] = -1.0
-    W[PASSED, DOUBT, lane] = 0.0
+    W[PASSED, TIE, lane] = 0.0
     largest = 0.0
     for rank in range(count):
         best, second, line, column = 0.0, 0.0, -1, -1
@@ -80,7 +102,7 @@ def choose_pivots(W: LaneArray, lane: int, count: int, symbols: int) -> int:
                     second = max(second, size)
         largest = max(largest, best)
         if second >= (1.0 - TIED) * best:
-            W[PASSED, DOUBT, lane] = 1.0
+            W[PASSED, TIE, lane] = 1.0
         if not best > NO_PIVOT * largest:
             for s in range(count):
                 W[PIVOTS, s, lane] = -1.0
@@ -124,7 +146,17 @@ def exclude_by_lengths(F: Forms, W: LaneArray, rows: int, count: int, states: An
 
 
 @kernel()
-def cut(F: Forms, W: LaneArray, C: LaneArray, rank: int, states: Any, notes: Any, first: int, count: int, S: Symbols) -> None:
+def cut(
+    F: Forms,
+    W: LaneArray,
+    C: LaneArray,
+    rank: int,
+    states: Any,
+    notes: Any,
+    first: int,
+    count: int,
+    S: Symbols,
+) -> None:
     """Cut the open lanes to what the solved equations allow, where that is useful: they become SMALLER.
 
     ``states`` : (LANES,); ``notes`` : (rows, COLUMNS + 1 + DATA), those of the batch from ``first``: the
@@ -133,14 +165,14 @@ def cut(F: Forms, W: LaneArray, C: LaneArray, rank: int, states: Any, notes: Any
     for lane in range(count):
         for k in range(12):
             notes[first + lane, COLUMNS + 1 + k] = C[0, k, lane]
-        notes[first + lane, COLUMNS + DATA] = W[PASSED, DOUBT, lane]
+        notes[first + lane, COLUMNS + DATA] = W[PASSED, TIE, lane]
     for s in range(rank):
         centre, size = load(F, PIVOT + s, 0), change(F, PIVOT + s, S)
         store(W, PASSED, 0, centre)
         store(W, PASSED, 1, size)
         for lane in range(count):
             k = int(W[PIVOTS, s, lane])
-            if states[lane] != OPEN and states[lane] != SMALLER or k < 0:
+            if (states[lane] != OPEN and states[lane] != SMALLER) or k < 0:
                 continue
             lo, hi, slope = C[0, 2 * k, lane], C[0, 2 * k + 1, lane], F[PIVOT + s, 1 + k, lane]
             if not (lo < hi and slope > 0.0):
@@ -157,7 +189,9 @@ def cut(F: Forms, W: LaneArray, C: LaneArray, rank: int, states: Any, notes: Any
 
 
 @kernel()
-def exclude_too_long(F: Forms, W: LaneArray, model: Any, rank: int, states: Any, notes: Any, first: int, count: int, S: Symbols) -> None:
+def exclude_too_long(
+    F: Forms, W: LaneArray, model: Any, rank: int, states: Any, notes: Any, first: int, count: int, S: Symbols
+) -> None:
     """Mark as NOT_SLACK the open lanes in which a cable outside the subset is too long, and note which."""
     for i in range(model.n_taut, model.lengths.shape[0]):
         cable_rows(F, SLACK_CABLE, model, i, model.orders[0, 0], S)
@@ -172,9 +206,24 @@ def exclude_too_long(F: Forms, W: LaneArray, model: Any, rank: int, states: Any,
                 notes[first + lane, COLUMNS + 1] = i
 
 
+@kernel(signatures(lanes, array3, types.int64, types.int64))
+def stays_positive(F: Forms, W: LaneArray, n: int, rank: int, S: Symbols) -> Lanes:
+    """Return 1 where the direction y, moving as the checker lets it, has positive products by its bounds, else 0."""
+    positive = splat(1.0)
+    choose_slopes(F, W, n, n + 1, S)
+    for i in range(n + 1):
+        moving6(F, SCRATCH, wrench_of(i, n), W, Y, S)
+        reduce_row(F, SCRATCH, W, rank, S)
+        positive = where_less(0.0, load(F, SCRATCH, 0) - change(F, SCRATCH, S), positive, 0.0)
+    return positive
+
+
 @kernel()
 def settle_by_boxes(boxes: Any, C: LaneArray, states: Any) -> None:
-    """Mark as SETTLED the open lanes that lie in a root's box. ``boxes`` : (m, 13), chart, then (lo, hi) of (u, x)."""
+    """Mark as SETTLED the open lanes that lie in a root's box.
+
+    ``boxes`` : (m, 13), chart, then (lo, hi) of (u, x). ``states`` : (LANES,).
+    """
     for lane in range(LANES):
         for i in range(boxes.shape[0]):
             inside = states[lane] == OPEN and boxes[i, 0] == C[0, pose.P_CHART, lane]
@@ -187,9 +236,22 @@ def settle_by_boxes(boxes: Any, C: LaneArray, states: Any) -> None:
 
 @kernel()
 def look(
-    F: Forms, W: LaneArray, model: Any, boxes: Any, C: LaneArray, states: Any, notes: Any, first: int, count: int, S: Symbols
+    F: Forms,
+    W: LaneArray,
+    model: Any,
+    boxes: Any,
+    C: LaneArray,
+    states: Any,
+    notes: Any,
+    first: int,
+    count: int,
+    S: Symbols,
 ) -> None:
-    """Give the lanes their states: settled, excluded, SMALLER or still open; write the data of their notes."""
+    """Give the lanes their states: settled, excluded, SMALLER or still open; write the data of their notes.
+
+    ``boxes`` : (m, 13); ``states`` : (LANES,); ``notes`` : (rows, COLUMNS + 1 + DATA), those of the batch
+    from ``first``.
+    """
     settle_by_boxes(boxes, C, states)
     rotation_rows(F, C, pose.P_CHART, S)
     triple_rows(F, model, S)
@@ -205,8 +267,13 @@ def look(
     if not model.statics or covers(W, splat(-1.0), needed):
         return
     wrench_rows(F, model, S)
+    # The checker's direction moves over the cell as the wrenches do at solutions.
+    for i in range(model.n_taut + 1):
+        for k in range(6):
+            reduce_row(F, wrench_of(i, model.n_taut) + k, W, rank, S)
     centre_columns(F, W, model.n_taut)
-    mark(W, balance_free(F, W, model.n_taut, rank, needed, S), states, UNBALANCED)
+    free = balance_free(F, W, model.n_taut, rank, needed, S)
+    mark(W, free * stays_positive(F, W, model.n_taut, rank, S), states, UNBALANCED)
     for lane in range(count):
         if states[lane] == UNBALANCED:
             for k in range(6):

@@ -23,7 +23,9 @@ from solvers.six_dof.noted_turn_cells import COLUMNS, PLACE, note_fates
 
 
 @kernel()
-def settle_by_boxes(F: Forms, W: LaneArray, model: Any, boxes: Any, C: LaneArray, states: Any, S: Symbols) -> None:
+def settle_by_boxes(
+    F: Forms, W: LaneArray, model: Any, boxes: Any, C: LaneArray, states: Any, S: Symbols
+) -> None:
     """Mark as SETTLED the open lanes that lie in a root's box, the position too.
 
     ``boxes`` : (m, 13), chart, then lo and hi of (u, x). ``states`` : (LANES,).

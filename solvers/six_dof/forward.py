@@ -166,7 +166,12 @@ class Run:
         record = self.options.record
         observer = None if record is None else record.observer()
         subset = SubsetSearch(
-            reduced.model, reduced.reduction, self.budget, self.options.threads, self.reporter(found), observer
+            reduced.model,
+            reduced.reduction,
+            self.budget,
+            self.options.threads,
+            self.reporter(found),
+            observer,
         )
         parts = None if self.options.parts is None else self.options.parts.get((taut, frame))
         if parts is None:

@@ -20,8 +20,8 @@ from solvers.six_dof.cell_kinds import form_arrays
 
 Floats = NDArray[np.float64]
 
-MOST_NOTES = 1_000_000
-"""Cells of one search that are noted: 120 MB. A certificate of more would be too large for the checker."""
+MOST_NOTES = 500_000
+"""Cells that are noted at most: 60 or 110 MB. They make trees that the checker reads for an hour."""
 
 
 class NotedTurns(Notes):
@@ -41,8 +41,8 @@ class NotedTurns(Notes):
     def certified_run(self, model: Model, boxes: Floats, smallest: float) -> Run:
         """Bind the search by a certificate's rules.
 
-        ``boxes`` : (m, 13) of roots, chart, then (lo, hi) of (u, x). Leaves: too small (SMALL), or to be handed
-        on (FOLDED).
+        ``boxes`` : (m, 13) of roots, chart, then (lo, hi) of (u, x). Leaves: too small (SMALL), or to be
+        handed on (FOLDED).
         """
         data = (model, boxes, smallest, ROTATION_ONLY, *form_arrays(ROTATION_ONLY, turn.WIDTH))
         return self.observed(bound(certified_turn_cells.run, data))

@@ -1,7 +1,7 @@
 """The search in u with notes of what becomes of its cells: an observer of ``rotation_cells``.
 
-It notes the fates for which certificates have a rule. What the solver does beyond them (contraction by statics, roots'
-boxes in position and tensions) is not noted; see ``certified_turn_cells``.
+It notes the fates for which certificates have a rule. What the solver does beyond them (contraction by
+statics, roots' boxes in position and tensions) is not noted; see ``certified_turn_cells``.
 """
 
 from __future__ import annotations
@@ -14,26 +14,18 @@ from cdpr_interval.engine.batch_cells import (
     NO_LENGTH,
     NO_POSITION,
     NOT_SLACK,
-    OPEN,
-    SETTLED,
-    SMALL,
     UNBALANCED,
-    halve,
-    is_empty,
-    leaf,
-    open_lanes,
 )
 from cdpr_interval.engine.batches import batches
-from cdpr_interval.engine.contraction import EMPTY, PIVOTS
+from cdpr_interval.engine.contraction import PIVOTS
 from cdpr_interval.engine.notes import HAND_ON, SIDES, UNNOTED, begin_notes, halved_in
 from cdpr_interval.kernels.kernel import kernel
-from cdpr_interval.kernels.lanes import LANES, LaneArray, load, splat, store, where_less
+from cdpr_interval.kernels.lanes import LANES, LaneArray, load, store
 from cdpr_interval.kernels.second_order import Forms, Symbols, bounds
-from cdpr_interval.mechanics.six_dof.balance import balance_free, covers
+from cdpr_interval.mechanics.six_dof.balance import balance_free
 from cdpr_interval.mechanics.six_dof.directions import Y, centre_columns
 from cdpr_interval.mechanics.six_dof.geometry import (
     MOST_TAUT,
-    POSITION,
     SCRATCH,
     SLACK_CABLE,
     U_SYMBOLS,
@@ -53,7 +45,9 @@ NEEDED = 53
 
 
 @kernel()
-def note_cables(F: Forms, W: LaneArray, model: Any, count: int, states: Any, notes: Any, first: int, S: Symbols) -> None:
+def note_cables(
+    F: Forms, W: LaneArray, model: Any, count: int, states: Any, notes: Any, first: int, S: Symbols
+) -> None:
     """Note for every lane that is NOT_SLACK the cable that is too long by the largest bound.
 
     ``states`` : (LANES,); ``notes`` : (rows, COLUMNS + 1 + DATA), those of the batch from ``first``.
@@ -72,7 +66,9 @@ def note_cables(F: Forms, W: LaneArray, model: Any, count: int, states: Any, not
 
 
 @kernel()
-def note_directions(F: Forms, W: LaneArray, model: Any, count: int, states: Any, notes: Any, first: int, S: Symbols) -> None:
+def note_directions(
+    F: Forms, W: LaneArray, model: Any, count: int, states: Any, notes: Any, first: int, S: Symbols
+) -> None:
     """Note for every lane that is UNBALANCED a direction y: it is found anew, as others came after it.
 
     ``states`` : (LANES,); ``notes`` : (rows, COLUMNS + 1 + DATA), those of the batch from ``first``.
@@ -107,14 +103,14 @@ def note_fates(
 ) -> None:
     """Add the fates to the notes of a batch.
 
-    ``states``, ``verdicts`` : (LANES,); ``children`` : (2 LANES, width); ``notes`` : (rows, COLUMNS + 1 + DATA);
-    ``noted`` : (1,).
+    ``states``, ``verdicts`` : (LANES,); ``children`` : (2 LANES, width); ``notes`` : (rows, COLUMNS + 1 +
+    DATA); ``noted`` : (1,) rows used so far.
     """
     first = noted[0]
     too_long, unbalanced = False, False
     for lane in range(count):
         note, state, fate = notes[first + lane], states[lane], UNNOTED
-        if state == NO_POSITION or state == NO_LENGTH or state == NOT_SLACK or state == UNBALANCED:
+        if state in (NO_POSITION, NO_LENGTH, NOT_SLACK, UNBALANCED):
             fate = state
         elif state == turn.BOTH:
             fate = SIDES

@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from solvers.six_dof.roots import Root
     from solvers.six_dof.subset_search import SubsetSearch
 
+
 @dataclass(frozen=True, eq=False)
 class Searched:
     """One search of a run: what it was, what it found, and what became of its cells in u."""
