@@ -225,8 +225,8 @@ class Recorder:
 def as_checked(model: Model, lengths: Sequence[tuple[fmpq, fmpq]]) -> Model:
     """Return the model with the rules and numbers of the checker.
 
-    Its squares of lengths in ranges have another middle, and the format has no leaf for poses that belong to a
-    smaller subset.
+    Its squares of lengths in ranges have another middle, and the format has no leaf for poses that belong to
+    a smaller subset.
     """
     squares = [hull(lo, hi) ** 2 for lo, hi in lengths[: len(model.lengths_sq)]]
     middles = np.array([float(square.mid()) for square in squares])

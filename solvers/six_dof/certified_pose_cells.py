@@ -52,6 +52,7 @@ from cdpr_interval.mechanics.six_dof.geometry import (
     wrench_rows,
 )
 from solvers.six_dof import pose_cells as pose
+from solvers.six_dof.noted_turn_cells import alone
 
 COLUMNS = 13
 """Of a cell that are noted: all but its share."""
@@ -208,7 +209,7 @@ def exclude_too_long(
 
 @kernel(signatures(lanes, array3, types.int64, types.int64))
 def stays_positive(F: Forms, W: LaneArray, n: int, rank: int, S: Symbols) -> Lanes:
-    """Return 1 where the direction y, moving as the checker lets it, has positive products by its bounds, else 0."""
+    """Return 1 where the direction y, moving as the checker's does, has positive products, else 0."""
     positive = splat(1.0)
     choose_slopes(F, W, n, n + 1, S)
     for i in range(n + 1):
@@ -271,13 +272,16 @@ def look(
     for i in range(model.n_taut + 1):
         for k in range(6):
             reduce_row(F, wrench_of(i, model.n_taut) + k, W, rank, S)
-    centre_columns(F, W, model.n_taut)
-    free = balance_free(F, W, model.n_taut, rank, needed, S)
-    mark(W, free * stays_positive(F, W, model.n_taut, rank, S), states, UNBALANCED)
     for lane in range(count):
-        if states[lane] == UNBALANCED:
-            for k in range(6):
-                notes[first + lane, COLUMNS + 1 + k] = W[Y, k, lane]
+        if states[lane] != OPEN:
+            continue
+        centre_columns(F, W, model.n_taut)
+        free = balance_free(F, W, model.n_taut, rank, alone(W, lane), S)
+        for k in range(6):
+            notes[first + lane, COLUMNS + 1 + k] = W[Y, k, lane]
+        store(W, PASSED, 0, free * stays_positive(F, W, model.n_taut, rank, S))
+        if W[PASSED, 0, lane] > 0.0:
+            states[lane] = UNBALANCED
 
 
 @kernel()

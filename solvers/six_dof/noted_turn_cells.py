@@ -20,7 +20,7 @@ from cdpr_interval.engine.batches import batches
 from cdpr_interval.engine.contraction import PIVOTS
 from cdpr_interval.engine.notes import HAND_ON, SIDES, UNNOTED, begin_notes, halved_in
 from cdpr_interval.kernels.kernel import kernel
-from cdpr_interval.kernels.lanes import LANES, LaneArray, load, store
+from cdpr_interval.kernels.lanes import LANES, LaneArray, Lanes, load, store
 from cdpr_interval.kernels.second_order import Forms, Symbols, bounds
 from cdpr_interval.mechanics.six_dof.balance import balance_free
 from cdpr_interval.mechanics.six_dof.directions import Y, centre_columns
@@ -66,23 +66,30 @@ def note_cables(
 
 
 @kernel()
+def alone(W: LaneArray, lane: int) -> Lanes:
+    """Return 1 in one lane, 0 in the others: what is tried for it does not depend on its neighbours."""
+    for k in range(LANES):
+        W[NEEDED, 0, k] = 1.0 if k == lane else 0.0
+    return load(W, NEEDED, 0)
+
+
+@kernel()
 def note_directions(
     F: Forms, W: LaneArray, model: Any, count: int, states: Any, notes: Any, first: int, S: Symbols
 ) -> None:
-    """Note for every lane that is UNBALANCED a direction y: it is found anew, as others came after it.
+    """Note for every lane that is UNBALANCED a direction y: it is found anew, lane by lane.
 
     ``states`` : (LANES,); ``notes`` : (rows, COLUMNS + 1 + DATA), those of the batch from ``first``.
     """
     rank = 0
     for lane in range(LANES):
-        W[NEEDED, 0, lane] = 1.0 if states[lane] == UNBALANCED else 0.0
         for s in range(MOST_TAUT):
             if W[PIVOTS, s, lane] >= 0.0:
                 rank = max(rank, s + 1)
-    centre_columns(F, W, model.n_taut)
-    balance_free(F, W, model.n_taut, rank, load(W, NEEDED, 0), S)
     for lane in range(count):
         if states[lane] == UNBALANCED:
+            centre_columns(F, W, model.n_taut)
+            balance_free(F, W, model.n_taut, rank, alone(W, lane), S)
             for k in range(6):
                 notes[first + lane, COLUMNS + 1 + k] = W[Y, k, lane]
 
