@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from solvers.commands.external_force import LABEL, external_force_option, read_external_force
-from solvers.commands.interrupt import interruptible
+from solvers.commands.interrupt import Signals, interruptible
 from solvers.commands.json_target import JsonTarget
 from solvers.commands.numbers import read_count, read_float
 from solvers.questions.errors import InputErrors
@@ -59,30 +59,35 @@ def command(robot: str, **given: Any) -> int:
         return _of_tensions(robot, given, target)
     certificate = None if given["certificate"] is None else JsonTarget(given["certificate"], "--certificate")
     problem, options = _read(robot, given, target, certificate)
-    with interruptible() as finish:
+    with interruptible() as signals:
         result = _solve(problem, options, quiet=given["quiet"])
-        finish()
+        signals.hold()
         try:
             if target is not None:
                 target.write(result.to_json())
         finally:
             # Even when the disk is full, what was computed is shown.
             _show(result, table=not given["quiet"] and (target is None or not target.is_stdout))
-    if certificate is not None:
-        _certify(problem, options, result, certificate)
+        if certificate is not None:
+            _certify(problem, options, result, certificate, signals)
     if given["verbose"]:
         _log(result)
     return _exit_code(result, options)
 
 
-def _certify(problem: Problem, options: Options, result: Result, certificate: JsonTarget) -> None:
+def _certify(
+    problem: Problem, options: Options, result: Result, certificate: JsonTarget, signals: Signals
+) -> None:
     """Write the certificate with what is left of the run's budget; interrupts end it as they do a search."""
     from solvers.proofs.document import certificate_bytes
 
-    with interruptible() as finish:
-        content = certificate_bytes(problem, options, result)
-        finish()
-        certificate.write_bytes(content)
+    # What was found can be read while the certificate is made.
+    sys.stdout.flush()
+    if signals.release() and options.record is not None:
+        options.record.budget.interrupt()
+    content = certificate_bytes(problem, options, result)
+    signals.hold()
+    certificate.write_bytes(content)
 
 
 def _of_tensions(source: str, given: dict[str, Any], target: JsonTarget | None) -> int:
