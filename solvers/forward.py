@@ -6,6 +6,7 @@ import time
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
+from cdpr_interval.engine.budget import Budget
 from cdpr_interval.exact.enclosure import length_bounds
 from cdpr_interval.robots.cable_robot import Robot
 from solvers.answers.data import Answer, Question, RobotIdentity, Statistics, StopReason
@@ -144,6 +145,8 @@ def pose_problem(
 def answer_question(problem: Problem, options: Options) -> Result:
     """Put a checked question to the solver of the robot's class and return the result."""
     start = time.perf_counter()
+    if options.record is not None:
+        options.record.budget = Budget(options.time_limit)
     try:
         answer = class_of(problem.robot).forward(problem, options)
     except KeyboardInterrupt:

@@ -11,6 +11,7 @@ from functools import cache
 from typing import Any
 
 from cdpr_interval import load_robot
+from cdpr_interval.engine.budget import Budget
 from cdpr_interval.robots.cable_robot import Robot
 from certificates.tree import Node
 from solvers.answers.result import Result
@@ -89,9 +90,7 @@ def three_cables(lengths: str) -> Honest:
     problem = pose_problem(load_robot("uc3"), lengths, "c1,c2,c3", None, options)
     result = answer_question(problem, options)
     assert options.record is not None
-    kept = options.record.searches
-    for taut in kept:
-        kept[taut] = [replace(one, whole=False) for one in kept[taut]]
+    options.record.budget = Budget(cell_limit=0)
     document = certificate_document(problem, options, result, subset_entries(problem, options, result))
     search = document["subsets"][0]["searches"][0]
     first = next(root for root in search["roots"] if root["chart"] == 0)

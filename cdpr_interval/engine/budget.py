@@ -62,6 +62,10 @@ class Budget:
             return Stop.CELL_LIMIT
         return None
 
+    def seconds_left(self) -> float | None:
+        """Return how much of the wall time is left, negative when it is over; None: there is no limit."""
+        return None if self._deadline is None else self._deadline - time.monotonic()
+
     @contextmanager
     def listening(self) -> Iterator[None]:
         """Turn SIGINT and SIGTERM into ``interrupt`` while the block runs; a second SIGINT raises.

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from solvers.commands.external_force import LABEL, external_force_option, read_external_force
-from solvers.commands.interrupt import interruptible
+from solvers.commands.interrupt import Signals, interruptible
 from solvers.commands.json_target import JsonTarget
 from solvers.commands.numbers import read_count, read_float
 from solvers.questions.errors import InputErrors
@@ -59,9 +59,9 @@ def command(robot: str, **given: Any) -> int:
         return _of_tensions(robot, given, target)
     certificate = None if given["certificate"] is None else JsonTarget(given["certificate"], "--certificate")
     problem, options = _read(robot, given, target, certificate)
-    with interruptible() as finish:
+    with interruptible() as signals:
         result = _solve(problem, options, quiet=given["quiet"])
-        finish()
+        signals.hold()
         try:
             if target is not None:
                 target.write(result.to_json())
@@ -69,12 +69,25 @@ def command(robot: str, **given: Any) -> int:
             # Even when the disk is full, what was computed is shown.
             _show(result, table=not given["quiet"] and (target is None or not target.is_stdout))
         if certificate is not None:
-            from solvers.proofs.document import certificate_bytes
-
-            certificate.write_bytes(certificate_bytes(problem, options, result))
+            _certify(problem, options, result, certificate, signals)
     if given["verbose"]:
         _log(result)
-    return _exit_code(result)
+    return _exit_code(result, options)
+
+
+def _certify(
+    problem: Problem, options: Options, result: Result, certificate: JsonTarget, signals: Signals
+) -> None:
+    """Write the certificate with what is left of the run's budget; interrupts end it as they do a search."""
+    from solvers.proofs.document import certificate_bytes
+
+    # What was found can be read while the certificate is made.
+    sys.stdout.flush()
+    if signals.release() and options.record is not None:
+        options.record.budget.interrupt()
+    content = certificate_bytes(problem, options, result)
+    signals.hold()
+    certificate.write_bytes(content)
 
 
 def _of_tensions(source: str, given: dict[str, Any], target: JsonTarget | None) -> int:
@@ -208,11 +221,12 @@ def _log(result: Result) -> None:
     click.echo(f"{cost.cells} cells, {cost.time:.3f} s, {cost.threads} threads", err=True)
 
 
-def _exit_code(result: Result) -> int:
+def _exit_code(result: Result, options: Options | None = None) -> int:
     from solvers.answers.data import Outcome, StopReason
     from solvers.cli import ExitCode
 
-    if result.stop_reason is StopReason.INTERRUPTED:
+    record = None if options is None else options.record
+    if result.stop_reason is StopReason.INTERRUPTED or (record is not None and record.is_interrupted):
         return ExitCode.INTERRUPTED
     if result.outcome is Outcome.INCOMPLETE:
         return ExitCode.INCOMPLETE

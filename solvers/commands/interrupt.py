@@ -4,40 +4,53 @@ from __future__ import annotations
 
 import signal
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from types import FrameType
-from typing import NoReturn
 
 _SIGNALS = (signal.SIGINT, signal.SIGTERM)
 
 
+class Signals:
+    """What SIGINT and SIGTERM do at present."""
+
+    def __init__(self) -> None:
+        self._is_held = False
+        self._came = False
+
+    def hold(self) -> None:
+        """Let both signals wait: the result is there, and no second Ctrl-C can stop it from being written."""
+        self._is_held = True
+
+    def release(self) -> bool:
+        """Let both signals interrupt again; return whether one waits, which is forgotten."""
+        came, self._came, self._is_held = self._came, False, False
+        return came
+
+    def handle(self, number: int, frame: FrameType | None) -> None:
+        """Raise `KeyboardInterrupt`, or let the signal wait."""
+        if not self._is_held:
+            raise KeyboardInterrupt
+        self._came = True
+
+
 @contextmanager
-def interruptible() -> Iterator[Callable[[], None]]:
+def interruptible() -> Iterator[Signals]:
     """Raise `KeyboardInterrupt` on SIGINT and SIGTERM; restore the handlers at the end.
 
     Yields
     ------
-    callable
-        To be called once the result is there: from then on both signals are ignored, so that a
-        second Ctrl-C cannot stop the result from being written.
+    Signals
+        To be held once the result is there.
     """
+    signals = Signals()
     if threading.current_thread() is not threading.main_thread():
         # Only the main thread may set handlers, and only it receives the signals.
-        yield lambda: None
+        yield signals
         return
-    before = {number: signal.signal(number, _interrupt) for number in _SIGNALS}
-
-    def ignore() -> None:
-        for number in _SIGNALS:
-            signal.signal(number, signal.SIG_IGN)
-
+    before = {number: signal.signal(number, signals.handle) for number in _SIGNALS}
     try:
-        yield ignore
+        yield signals
     finally:
         for number, handler in before.items():
             signal.signal(number, handler)
-
-
-def _interrupt(number: int, frame: FrameType | None) -> NoReturn:
-    raise KeyboardInterrupt

@@ -2,49 +2,67 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from flint import ctx
 
+from cdpr_interval.engine.budget import Budget
+from cdpr_interval.exact import balls
 from certificates.arithmetic.balls import BITS
 from certificates.problem import Listed
 from certificates.problem import Problem as Question
 from certificates.subsets import Kind, classify, examined
 from solvers.answers.data import Solution
 from solvers.answers.result import Result
+from solvers.proofs.allowance import Allowance
 from solvers.proofs.document import document_solutions
 from solvers.proofs.point import certificate_question, listed_solution, point_entry
 from solvers.questions.problem import Options, Problem
 
+if TYPE_CHECKING:
+    from solvers.proofs.recorder import Recorder
+
 Json = dict[str, Any]
+Started = Json | list["Recorder"]
+"""A subset's entry, or the recorders that will make it."""
 NOT_SEARCHED = "not searched"
+NOT_WRITTEN = "the run ended before a proof was written"
 
 
 def subset_entries(problem: Problem, options: Options, result: Result) -> list[Json]:
     """Return the entries of all subsets to be examined, in order.
 
     Searches are those that ``options.record`` kept; places of solutions are those of `document_solutions`.
-    What the checker would refuse is written as pending or undecided.
+    What the checker would refuse is written as pending or undecided, and so is what the run's budget does not
+    suffice for: poses that were found come first, then the trees that prove that there are no others.
     """
     question = certificate_question(problem, options)
     solutions = document_solutions(problem, result)
     listed = [listed_solution(s) for s in solutions]
-    with ctx.workprec(BITS):
-        return [
-            {"taut": list(taut), **entry(problem, options, question, taut, listed, solutions)}
-            for taut in examined(question)
-        ]
+    allowance = Allowance(Budget() if options.record is None else options.record.budget)
+    with ctx.workprec(BITS), balls.precision():
+        found = []
+        for taut in examined(question):
+            started: Started = {"pending": NOT_WRITTEN}
+            if not allowance.is_spent:
+                with allowance.spending():
+                    started = start(problem, options, question, taut, listed, solutions)
+            if not isinstance(started, dict):
+                for recorder in started:
+                    recorder.claim_roots(allowance)
+            found.append((taut, started))
+        return [{"taut": list(taut), **ended(started, options, allowance)} for taut, started in found]
 
 
-def entry(
+def start(
     problem: Problem,
     options: Options,
     question: Question,
     taut: tuple[int, ...],
     listed: list[Listed],
     solutions: list[Solution],
-) -> Json:
-    """Return what proves one subset."""
+) -> Started:
+    """Return what proves one subset, or the recorders of its searches."""
     kind = None if question.is_point_mass else classify(question, taut)
     if kind in (None, Kind.FREE, Kind.ONE_POINT):
         found = point_entry(problem, options, taut, solutions)
@@ -54,8 +72,18 @@ def entry(
     if kind is Kind.BOTH:
         return {"pending": "families about two axes are not certified"}
     searched = () if options.record is None else options.record.searches.get(taut, ())
-    from solvers.proofs.searches import search_entries
+    if not searched:
+        return {"pending": NOT_SEARCHED}
+    from solvers.proofs.searches import recorders
 
     assert kind is not None
-    entries = search_entries(question, taut, kind, searched, listed)
-    return {"pending": NOT_SEARCHED} if entries is None else {"searches": entries}
+    return recorders(question, taut, kind, searched, listed) or {"pending": NOT_SEARCHED}
+
+
+def ended(started: Started, options: Options, allowance: Allowance) -> Json:
+    """Return a subset's entry, its searches completed as far as the allowance goes."""
+    if isinstance(started, dict):
+        return started
+    for recorder in started:
+        recorder.complete(allowance, options.threads)
+    return {"searches": [recorder.entry() for recorder in started]}

@@ -8,6 +8,7 @@ from enum import StrEnum
 from functools import cached_property
 from typing import Any, Protocol
 
+from cdpr_interval.engine.budget import Budget
 from cdpr_interval.exact.range import LengthRange
 from cdpr_interval.exact.vector import Vector
 from cdpr_interval.mechanics.loaded import NO_FORCE, LoadedRobot, loaded
@@ -41,12 +42,22 @@ class Progress:
 class Record(Protocol):
     """Keeps what a certificate needs of the searches of a run."""
 
+    budget: Budget
+    """What the run may spend: the certificate has what is left of it."""
+
     @property
     def searches(self) -> Mapping[tuple[int, ...], Sequence[Any]]:
         """What was kept, by taut subset."""
 
-    def keep(self, taut: tuple[int, ...], reduced: Any, subset: Any) -> None:
-        """Remember the search of a taut subset that has ended."""
+    @property
+    def is_interrupted(self) -> bool:
+        """Whether the run, or the writing of its certificate, was interrupted."""
+
+    def observer(self) -> Any:
+        """Return what sees the cells of one search."""
+
+    def keep(self, taut: tuple[int, ...], reduced: Any, subset: Any, notes: Any) -> None:
+        """Remember the search of a taut subset that has ended, and what its observer noted."""
 
 
 Parts = Mapping[tuple[tuple[int, ...], int], Sequence[Any]]

@@ -63,9 +63,13 @@ class CellKind:
         """
         return bool(self.enclose_cell(self.scratch(), model, cell, lo, hi))
 
+    def context(self, model: Model, roots: Floats, leaf_size: float) -> Context:
+        """Return what the compiled search looks at cells with in this thread."""
+        return Context(model, roots, leaf_size, self.columns, self.variables, self.scratch())
+
     def run(self, model: Model, roots: Floats, leaf_size: float) -> Run:
         """Bind the compiled search to its data and one thread's scratch; see ``Context``."""
-        context = Context(model, roots, leaf_size, self.columns, self.variables, self.scratch())
+        context = self.context(model, roots, leaf_size)
 
         def run(*stack: object) -> tuple[int, int, int]:
             return self.run_cells(context, *stack)

@@ -96,6 +96,8 @@ class Run:
         self.problem = problem
         self.options = options
         self.budget = Budget(options.time_limit, options.cell_limit)
+        if options.record is not None:
+            options.record.budget = self.budget
         self.total = len(subsets(problem))
         self.found: list[tuple[tuple[int, ...], Found, float]] = []
         self.stopped: Stop | None = None
@@ -169,8 +171,15 @@ class Run:
         self, taut: tuple[int, ...], kind: Classification, frame: int, reduced: Reduced, found: Found
     ) -> None:
         """Search one reduced problem, or take what was found elsewhere, and turn its roots into solutions."""
+        record = self.options.record
+        observer = None if record is None else record.observer()
         subset = SubsetSearch(
-            reduced.model, reduced.reduction, self.budget, self.options.threads, self.reporter(found)
+            reduced.model,
+            reduced.reduction,
+            self.budget,
+            self.options.threads,
+            self.reporter(found),
+            observer,
         )
         parts = None if self.options.parts is None else self.options.parts.get((taut, frame))
         if parts is None:
@@ -178,8 +187,8 @@ class Run:
         else:
             put_together(subset, reduced, parts)
         reduced = reduced.in_metres(subset)
-        if self.options.record is not None:
-            self.options.record.keep(taut, reduced, subset)
+        if record is not None and observer is not None:
+            record.keep(taut, reduced, subset, observer)
         found.cells += subset.cells
         found.pending += subset.pending
         if subset.stop is not Stop.EXHAUSTED:

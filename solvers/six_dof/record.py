@@ -5,6 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
+from cdpr_interval.engine.budget import Budget, Stop
+from solvers.six_dof.noted_search import NotedTurns
+
 if TYPE_CHECKING:
     from solvers.six_dof.reduction import Reduced
     from solvers.six_dof.roots import Root
@@ -13,12 +16,11 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class Searched:
-    """One search of a run: what it was, and what it found."""
+    """One search of a run: what it was, what it found, and what became of its cells in u."""
 
     reduced: Reduced
     roots: tuple[Root, ...]
-    whole: bool
-    """Nothing is pending."""
+    notes: NotedTurns
 
 
 @dataclass
@@ -26,8 +28,18 @@ class Record:
     """The searches of a run, by taut subset, in the order of the subset's frames."""
 
     searches: dict[tuple[int, ...], list[Searched]] = field(default_factory=dict)
+    budget: Budget = field(default_factory=Budget)
+    """What the run may spend: the certificate has what is left of it."""
 
-    def keep(self, taut: tuple[int, ...], reduced: Reduced, subset: SubsetSearch) -> None:
+    def observer(self) -> NotedTurns:
+        """Return the observer of a search."""
+        return NotedTurns()
+
+    def keep(self, taut: tuple[int, ...], reduced: Reduced, subset: SubsetSearch, notes: NotedTurns) -> None:
         """Remember a search that has ended."""
-        found = Searched(reduced, tuple(subset.roots), subset.pending == 0)
-        self.searches.setdefault(taut, []).append(found)
+        self.searches.setdefault(taut, []).append(Searched(reduced, tuple(subset.roots), notes))
+
+    @property
+    def is_interrupted(self) -> bool:
+        """Whether the run, or the writing of its certificate, was interrupted."""
+        return self.budget.stop() is Stop.INTERRUPTED

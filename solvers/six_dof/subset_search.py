@@ -9,13 +9,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from functools import cache
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from cdpr_interval.engine.budget import Budget, Stop
 from cdpr_interval.engine.rows import FOLDED, SMALL
-from cdpr_interval.engine.search import Report, search
+from cdpr_interval.engine.search import Report, Run, search
 from cdpr_interval.mechanics.six_dof.arrays import Model
 from solvers.six_dof.cell_kinds import POSE_CELLS, ROTATION_CELLS, CellKind
 from solvers.six_dof.columns import POSE_COLUMNS, ROTATION_COLUMNS
@@ -39,6 +40,14 @@ GROWING_DEEP = 2_000
 """More leaves than this around points, and more than in the round before: smaller ones decide no more."""
 
 
+class Observer(Protocol):
+    """Whoever sees what becomes of the cells in u."""
+
+    def solver_run(self, model: Model, roots: Floats, leaf_size: float) -> Run:
+        """Return one thread's search, as the cells' kind has it, but seen; ``roots`` : `root_rows`."""
+        ...
+
+
 @dataclass
 class SubsetSearch:
     """What the search of one taut subset has found so far."""
@@ -48,6 +57,8 @@ class SubsetSearch:
     budget: Budget
     threads: int = 1
     report: Report | None = None
+    observer: Observer | None = None
+    """Sees what becomes of the cells in u."""
     roots: list[Root] = field(default_factory=list)
     undecided: Floats = field(default_factory=lambda: np.empty((0, ROTATION_COLUMNS.width)))
     """Leaves of the search in u that could not be decided."""
@@ -96,7 +107,7 @@ class SubsetSearch:
         """Search down to ``leaf_size``; return small and folded leaves."""
         rows = root_rows(self.model, self.roots)
         result = search(
-            lambda: kind.run(self.model, rows, leaf_size),
+            lambda: self.run(kind, rows, leaf_size),
             cells,
             self.budget,
             threads=self.threads,
@@ -106,6 +117,12 @@ class SubsetSearch:
         self.stop = result.stop
         self.pending += len(result.pending)
         return result.leaves[result.kinds == SMALL], result.leaves[result.kinds == FOLDED]
+
+    def run(self, kind: CellKind, rows: Floats, leaf_size: float) -> Run:
+        """Return the compiled search of one thread; ``rows`` : `root_rows`."""
+        if self.observer is not None and kind is ROTATION_CELLS:
+            return self.observer.solver_run(self.model, rows, leaf_size)
+        return kind.run(self.model, rows, leaf_size)
 
     def give_up(self, cells: Floats, kind: CellKind, too_many: bool) -> None:
         """Keep what is left as undecided."""

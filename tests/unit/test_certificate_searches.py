@@ -4,7 +4,7 @@ import base64
 import copy
 import random
 import struct
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
@@ -15,7 +15,7 @@ import pytest
 from flint import ctx
 
 from cdpr_interval import load_robot
-from cdpr_interval.engine.rows import OPEN, UNBALANCED
+from cdpr_interval.engine.rows import UNBALANCED
 from certificates import check, leaves, searches
 from certificates.arithmetic.balls import BITS
 from certificates.certificate import Certificate
@@ -25,9 +25,10 @@ from certificates.tree import Node
 from certificates.verdicts import NotProved, Verdict
 from solvers.answers.result import Result
 from solvers.forward import answer_question, pose_problem
-from solvers.proofs import tree as certificate_tree
 from solvers.proofs.document import certificate_document
 from solvers.proofs.entries import subset_entries
+from solvers.proofs.recorder import Recorder
+from solvers.proofs.tree import Cell, Fate, Trees
 from solvers.questions.problem import Options, Problem
 from solvers.six_dof.record import Record
 from tests import plain_certificate_reader as reader
@@ -360,20 +361,21 @@ def test_a_lost_root_is_not_passed_over(tmp_path: Path):
 def test_a_solver_that_drops_cells_is_found_out(monkeypatch: pytest.MonkeyPatch, tmp_path: Path):
     problem, options, result = solved("uc2", LENGTHS, "c1,c2")
     result = one_root_lost(problem, options, result)
-    look = certificate_tree.look_turn
+    halved = Trees.fate
 
-    def careless(*given: Any) -> int:
+    def careless(self: Trees, cell: Cell, code: int, data: Sequence[float]) -> Fate:
         """Exclude small cells that cannot be excluded."""
-        state, cell = look(*given), given[2]
-        return UNBALANCED if state == OPEN and cell[3] - cell[2] < 0.02 else state
+        small = code < 6 and cell[3] - cell[2] < 0.02
+        return halved(self, cell, UNBALANCED if small else code, data)
 
-    monkeypatch.setattr(certificate_tree, "look_turn", careless)
+    monkeypatch.setattr(Trees, "fate", careless)
     assert verdict(tmp_path, document_of(problem, options, result)) is Verdict.NOT_PROVED
 
 
 def test_a_solver_that_settles_cells_too_early_is_found_out(monkeypatch: pytest.MonkeyPatch, tmp_path: Path):
     problem, options, result = solved("uc2", LENGTHS, "c1,c2")
-    monkeypatch.setattr(certificate_tree.Recorder, "is_settled", lambda *given: True)
+    everywhere = np.array([[chart, *[-99.0, 99.0] * 6] for chart in range(4)])
+    monkeypatch.setattr(Recorder, "boxes", lambda self: everywhere)
     assert verdict(tmp_path, document_of(problem, options, result)) is Verdict.NOT_PROVED
 
 

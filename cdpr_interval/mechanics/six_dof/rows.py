@@ -101,5 +101,9 @@ BEFORE = WORK.take("BEFORE", 1, 2 * MOST_VARIABLES)
 """The cell before a cut."""
 MOVING = WORK.take("MOVING")
 """1 in lanes that are still being cut."""
-PLACE = WORK.take("PLACE", 1, 2)
-"""Passes the bounds of a coordinate of x."""
+PLACES = WORK.take("PLACES", 2, 3)
+"""Passes lower and upper bounds of x."""
+PASSED = WORK.take("PASSED", 1, 3)
+"""Passes numbers of a test lane by lane; its places:"""
+CENTRE_OF, CHANGE_OF, TIE = range(3)
+"""A form's value, the sizes of its coefficients, 1 where other pivots might be chosen."""

@@ -1,0 +1,81 @@
+"""The roots of one search as a certificate claims them: each is tried with the checker's own tests."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from cdpr_interval.exact import balls
+from cdpr_interval.mechanics.rotation import rotation_at
+from certificates.arithmetic.forms import box_forms
+from certificates.problem import Listed
+from certificates.root_claims import check_root
+from certificates.roots import System
+from certificates.search import Root as Claimed
+from certificates.search import Search
+from certificates.verdicts import NotProved
+from solvers.six_dof.reduction import Reduced
+from solvers.six_dof.roots import Root, pose_of
+
+NEAR = 1e-6
+"""Entries of rotation matrices that differ by less may belong to one pose: it is checked."""
+GROWTH = (8.0, 4.0, 2.0, 1.0, 0.5, 0.25, 0.125, 0.0625, 0.03125)
+"""Sizes of a root's box in (u, x) that are tried, over the solver's smallest half width in u."""
+
+
+def claim(search: Search, reduced: Reduced, root: Root, listed: list[Listed]) -> Claimed | None:
+    """Return the first claim about a root that the checker confirms, if any."""
+    box = box_of(search, reduced, root)
+    if box is None:
+        return None
+    for k in (*candidates(root, reduced, listed, search.setting.family), None):
+        found = Claimed(root.chart, box, k)
+        try:
+            check_root(search, found, listed)
+        except NotProved:
+            continue
+        return found
+    return None
+
+
+def box_of(search: Search, reduced: Reduced, root: Root) -> list[tuple[float, float]] | None:
+    """Return the largest box tried in which the checker finds one zero at most, or None."""
+    model = reduced.model
+    z = root.core.mean(axis=1)
+    turned = np.empty((3, 3))
+    rotation_at(z[:3].copy(), turned)
+    pivot = model.orders[0, 0]
+    x = z[3:6] - model.anchors[pivot] + turned @ model.points[root.chart, pivot]
+    flat = search.flat(root.chart)
+    assert flat is not None
+    widths = [hi - lo for lo, hi in root.unique[:3].tolist() if hi > lo]
+    system = System(search.setting, search.platform, root.chart)
+    for grown in GROWTH:
+        half = grown * 0.5 * min(widths)
+        reach = [half] * 3 + [half * model.size] * 3
+        box = [
+            (0.0, 0.0) if k in flat else (m - r, m + r)
+            for k, (m, r) in enumerate(zip([*z[:3].tolist(), *x.tolist()], reach, strict=True))
+        ]
+        if system.has_one_zero_at_most(box_forms(box)):
+            return box
+    return None
+
+
+def candidates(root: Root, reduced: Reduced, listed: Sequence[Listed], family: bool) -> list[int]:
+    """Return the solutions that a root's pose may be."""
+    middle = balls.middle(pose_of(root, reduced.frame).rotation)
+    return [
+        k
+        for k, solution in enumerate(listed)
+        if (solution.family is not None) == family
+        and (family or bool(np.all(np.abs(middle - np.mean(solution.rotation, axis=-1)) < NEAR)))
+    ]
+
+
+def root_entry(root: Claimed) -> dict[str, Any]:
+    """Return a root as the document has it."""
+    box = [[lo.hex(), hi.hex()] for lo, hi in root.box]
+    return {"chart": root.chart, "u": box[:3], "x": box[3:], "pose": root.pose}

@@ -1,0 +1,234 @@
+"""The record of one search for a certificate: notes of a run, completed until there is a rule for all cells.
+
+The run's own notes say what became of most cells of u. What it did beyond the certificate's rules is searched
+on by these alone: compiled, in the engine, with what is left of the run's budget. What is not looked at by
+then is pending. Nothing here needs to be trusted: what is written is checked.
+"""
+
+from __future__ import annotations
+
+import base64
+from collections.abc import Iterable, Sequence
+from typing import Any
+
+import numpy as np
+from flint import fmpq
+from numpy.typing import NDArray
+
+from cdpr_interval.engine.budget import Budget, Stop
+from cdpr_interval.engine.notes import Notes
+from cdpr_interval.engine.rows import SMALL
+from cdpr_interval.engine.search import Run, search
+from cdpr_interval.mechanics.six_dof.arrays import Model
+from certificates.arithmetic.balls import hull
+from certificates.frames import Setting
+from certificates.leaves import confirmed, longest
+from certificates.problem import Listed
+from certificates.problem import Problem as Question
+from certificates.search import Search
+from certificates.tree import Node
+from solvers.proofs.allowance import Allowance
+from solvers.proofs.claims import claim, root_entry
+from solvers.proofs.tree import TURNED, Cell, Trees, box_of
+from solvers.six_dof.noted_search import NotedPoses, NotedTurns
+from solvers.six_dof.record import Searched
+
+Floats = NDArray[np.float64]
+
+DOUBTFUL = 2.0**-9
+"""Narrower leaves, near poses and folds, are tried with the checker's test before they are written."""
+CLAIMS = (Node.CUT, Node.NO_POSITION, Node.NO_LENGTH, Node.TOO_LONG, Node.UNBALANCED)
+"""What a node may say of the poses in a cell, but that a root's box holds them."""
+SAMPLE = 30
+"""Cuts that are tried in each round, though nothing is doubtful about them."""
+SMALLEST = 1e-7
+"""Width of u at which a cell is written as undecided."""
+MOST_UNDECIDED = 2_000
+"""Undecided cells after which no more is tried: they surround what the checker has no rule for."""
+MOST_CELLS = 1_000_000
+"""Of one search, after which no more is tried: they take 500 MB, and their trees 20 MB."""
+ROUNDING = 2.0**-52
+"""Relative error of a number as a double."""
+UNKNOWN = base64.b64encode(bytes([Node.UNDECIDED])).decode("ascii")
+"""A tree of one leaf."""
+
+
+class Patience(Budget):
+    """A run's budget, until too many cells are undecided."""
+
+    def __init__(self, whole: Budget) -> None:
+        super().__init__()
+        self.whole, self.left = whole, MOST_UNDECIDED
+
+    def stop(self) -> Stop | None:
+        """Return why the search must stop now, or None."""
+        return super().stop() or self.whole.stop()
+
+    def reserve(self, wanted: int) -> int:
+        """Return how many cells may be looked at now; 0 when spent."""
+        return 0 if self.stop() is not None else self.whole.reserve(min(wanted, MOST_UNDECIDED))
+
+    def settle(self, reserved: int, used: int) -> None:
+        """Book the cells really looked at."""
+        self.whole.settle(reserved, used)
+
+    def watching(self, run: Run, seen: Notes) -> Run:
+        """Return a run that ends with patience, of which small leaves take some, or the room for notes."""
+
+        def watched(stack: Any, count: int, leaves: Any, kinds: Any, *rest: Any) -> tuple[int, int, int]:
+            done = run(stack, count, leaves, kinds, *rest)
+            self.left -= int(np.count_nonzero(kinds[: done[1]] == SMALL))
+            if self.left < 0 or seen.room == 0:
+                self.interrupt()
+            return done
+
+        return watched
+
+
+class Recorder:
+    """Completes the record of one search of one subset, and writes it."""
+
+    def __init__(
+        self, question: Question, setting: Setting, searched: Searched, listed: list[Listed]
+    ) -> None:
+        reduced = searched.reduced
+        self.reduced, self.listed = reduced, listed
+        self.found, self.notes = searched.roots, searched.notes
+        n = len(setting.taut)
+        order = [setting.taut[k] for k in reduced.model.orders[0][:n]]
+        charts = [None if setting.frozen(chart) is None else UNKNOWN for chart in range(4)]
+        self.search = Search(question, setting, {"order": order, "roots": [], "trees": charts}, len(listed))
+        others = [i for i in range(len(question.names)) if i not in setting.taut]
+        self.model = as_checked(reduced.model, [question.lengths[i] for i in (*setting.taut, *others)])
+        self.unit = 1.0 / float(self.search.platform.per_unit)
+        moments = self.unit / self.model.size
+        self.trees = Trees([*setting.taut, *others], moments, self.search.reach, setting.planar)
+        self.starts: dict[int, Cell] = {}
+        for chart in range(4):
+            frozen = setting.frozen(chart)
+            if frozen is not None:
+                u = [v for k in range(3) for v in ((0.0, 0.0) if k in frozen else (-1.0, 1.0))]
+                self.starts[chart] = (*u, float(chart), 0.0)
+        self.trusts = True
+        """The compiled tests are taken to agree with the checker's, but where they are doubtful."""
+        self.sure: set[Cell] = set()
+        """Doubtful cells that the checker confirmed."""
+
+    def claim_roots(self, allowance: Allowance) -> None:
+        """Add what the checker confirms about the roots, until the allowance is spent."""
+        for root in self.found:
+            if allowance.is_spent:
+                return
+            with allowance.spending():
+                found = claim(self.search, self.reduced, root, self.listed)
+                if found is not None:
+                    self.search.roots.append(found)
+
+    def complete(self, allowance: Allowance, threads: int) -> None:
+        """Put the notes together and search what is missing, until nothing is or the budget is spent."""
+        patience = Patience(allowance.budget)
+        if patience.stop() is not None:
+            return
+        with allowance.spending():
+            self.trees.add(self.notes.taken(), self.notes.columns)
+            missing = self.missing(self.starts.values(), patience)
+            while missing and patience.stop() is None and len(self.trees.nodes) < MOST_CELLS:
+                for is_turned in (True, False):
+                    cells = [cell for cell in missing if (len(cell) == TURNED) == is_turned]
+                    if cells:
+                        self.look(cells, patience, threads)
+                self.try_some()
+                missing = self.missing(missing if self.trusts else self.starts.values(), patience)
+
+    def try_some(self) -> None:
+        """Try some cuts with the checker's test; where one fails no claim is written untried.
+
+        A cut must be confirmed at once, where leaves may be bisected: one that is not refutes the file.
+        """
+        cuts = [cell for cell, node in self.trees.nodes.items() if node[0] == Node.CUT]
+        for cell in cuts[:: max(1, len(cuts) // SAMPLE)]:
+            leaf = self.trees.leaf(cell, self.trees.nodes[cell])
+            self.trusts = self.trusts and confirmed(self.search, leaf, leaf.cell)
+
+    def missing(self, cells: Iterable[Cell], budget: Budget) -> list[Cell]:
+        """Return the parts of cells of which nothing is known; what is doubtful is tried on the way."""
+        found, waiting = [], list(cells)
+        while waiting:
+            cell = waiting.pop()
+            node = self.trees.nodes.get(cell)
+            if node is not None and self.is_doubtful(cell, node):
+                if budget.stop() is not None:
+                    return []
+                node = self.tried(cell, node)
+            if node is None:
+                found.append(cell)
+            else:
+                waiting += self.trees.parts(cell, node)
+        return found
+
+    def is_doubtful(self, cell: Cell, node: bytes) -> bool:
+        """Return True for what the checker might not confirm, and has not yet."""
+        if node[0] not in CLAIMS or cell in self.sure:
+            return False
+        if not self.trusts or cell in self.trees.tied:
+            return True
+        return max(cell[2 * k + 1] - cell[2 * k] for k in range(3)) < DOUBTFUL
+
+    def tried(self, cell: Cell, node: bytes) -> bytes:
+        """Try a doubtful cell with the checker's test; return its node, another one where that fails."""
+        box = box_of(cell)
+        if confirmed(self.search, self.trees.leaf(cell, node), box):
+            self.sure.add(cell)
+            return node
+        k = longest(self.search, box)
+        lo, hi = box.bounds[k]
+        is_small = hi - lo < SMALLEST * (1.0 if k < 3 else self.unit)
+        self.trees.nodes[cell] = bytes([Node.UNDECIDED if is_small else k])
+        return self.trees.nodes[cell]
+
+    def look(self, cells: list[Cell], budget: Patience, threads: int) -> None:
+        """Search cells of one kind by the rules of the certificate, and add what becomes of them."""
+        boxes = self.boxes()
+        seen = NotedTurns() if len(cells[0]) == TURNED else NotedPoses()
+
+        def run() -> Run:
+            """Return a thread's search."""
+            if isinstance(seen, NotedTurns):
+                return budget.watching(seen.certified_run(self.model, boxes, SMALLEST), seen)
+            return budget.watching(seen.certified_run(self.model, boxes, SMALLEST, self.unit), seen)
+
+        rows = np.array([[*cell, 1.0 / len(cells)] for cell in cells])
+        with budget.whole.listening():
+            search(run, rows, budget, threads=threads)
+        self.trees.add(seen.taken(), seen.columns)
+
+    def boxes(self) -> Floats:
+        """Return the claimed roots' boxes as the kernels read them."""
+        rows = [[root.chart, *(v for pair in root.box for v in pair)] for root in self.search.roots]
+        return np.array(rows, dtype=np.float64).reshape(len(rows), 13)
+
+    def entry(self) -> dict[str, Any]:
+        """Return the search as the document has it."""
+        trees = [
+            base64.b64encode(self.trees.encoded(self.starts[chart], self.is_doubtful)).decode("ascii")
+            if chart in self.starts
+            else None
+            for chart in range(4)
+        ]
+        return {
+            "order": list(self.search.order),
+            "roots": [root_entry(r) for r in self.search.roots],
+            "trees": trees,
+        }
+
+
+def as_checked(model: Model, lengths: Sequence[tuple[fmpq, fmpq]]) -> Model:
+    """Return the model with the rules and numbers of the checker.
+
+    Its squares of lengths in ranges have another middle, and the format has no leaf for poses that belong to
+    a smaller subset.
+    """
+    squares = [hull(lo, hi) ** 2 for lo, hi in lengths[: len(model.lengths_sq)]]
+    middles = np.array([float(square.mid()) for square in squares])
+    errors = np.array([float(square.rad()) for square in squares]) + ROUNDING * middles
+    return model._replace(hanging=False, lengths_sq=middles, lengths_sq_err=errors)

@@ -1,0 +1,90 @@
+"""Cells in u, searched by the rules of a certificate alone, with notes of what becomes of them.
+
+A cell is excluded for a reason that a certificate can name, settled by a root's box in (u, x), handed on, or
+halved: no contraction. Nothing here needs to be rigorous, as what is noted is checked.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from numba import njit
+
+from cdpr_interval.engine.batch_cells import halve, is_empty, leaf, open_first
+from cdpr_interval.engine.batches import batches
+from cdpr_interval.engine.notes import IN_BOX, UNDECIDED, begin_notes
+from cdpr_interval.engine.rows import BOTH, FOLDED, OPEN, SETTLED, SMALL, UNSMOOTH
+from cdpr_interval.kernels.kernel import kernel
+from cdpr_interval.kernels.lanes import LANES, LaneArray, store
+from cdpr_interval.kernels.second_order import Forms, Symbols, bounds
+from cdpr_interval.mechanics.six_dof.rows import PLACES, POSITION
+from solvers.six_dof import rotation_cells as turn
+from solvers.six_dof.noted_turn_cells import COLUMNS, note_fates
+
+
+@kernel()
+def settle_by_boxes(
+    F: Forms, W: LaneArray, model: Any, boxes: Any, C: LaneArray, states: Any, S: Symbols
+) -> None:
+    """Mark as SETTLED the open lanes that lie in a root's box, the position too.
+
+    ``boxes`` : (m, 13), chart, then lo and hi of (u, x). ``states`` : (LANES,).
+    """
+    for k in range(3):
+        lo, hi = bounds(F, POSITION + k, S)
+        store(W, PLACES, k, lo)
+        store(W, PLACES + 1, k, hi)
+    for lane in range(LANES):
+        if model.planar:
+            W[PLACES, 1, lane], W[PLACES + 1, 1, lane] = 0.0, 0.0
+        for i in range(boxes.shape[0]):
+            inside = states[lane] == OPEN and boxes[i, 0] == C[0, turn.CHART, lane]
+            for k in range(3):
+                inside = inside and boxes[i, 1 + 2 * k] <= C[0, 2 * k, lane]
+                inside = inside and C[0, 2 * k + 1, lane] <= boxes[i, 2 + 2 * k]
+                inside = inside and boxes[i, 7 + 2 * k] <= W[PLACES, k, lane]
+                inside = inside and W[PLACES + 1, k, lane] <= boxes[i, 8 + 2 * k]
+            if inside:
+                states[lane] = SETTLED
+
+
+@kernel()
+def verdict(C: LaneArray, lane: int, state: int, children: Any, smallest: float) -> int:
+    """Write a lane's children or leaf; see ``engine.batches``. ``children`` : (2 LANES, width)."""
+    width = turn.width_of(C, lane)
+    if is_empty(state):
+        return 0
+    if state == BOTH:
+        return int(turn.both_branches(C, lane, children))
+    if state == UNSMOOTH and width <= turn.FOLD_WIDTH:
+        return int(leaf(C, lane, children, FOLDED))
+    if width < smallest:
+        return int(leaf(C, lane, children, SMALL))
+    return int(halve(C, lane, children, 2 * turn.widest(C, lane)))
+
+
+@kernel(inline="always")
+def process(context: Any, count: int, children: Any) -> None:
+    """Exclude, settle or split a batch of cells, and take notes; see ``engine.batches``."""
+    model, notes, noted = context.model, context.notes, context.noted
+    S, F, W, C, states, verdicts = context.scratch
+    begin_notes(C, count, notes, noted, COLUMNS)
+    open_first(states, count)
+    turn.exclude(F, W, model, C, states, S)
+    settle_by_boxes(F, W, model, context.boxes, C, states, S)
+    for lane in range(count):
+        verdicts[lane] = verdict(C, lane, states[lane], children, context.smallest)
+    note_fates(context, count, children)
+    for lane in range(count):
+        if states[lane] == SETTLED:
+            notes[noted[0] - count + lane, COLUMNS] = IN_BOX
+        elif verdicts[lane] == -SMALL:
+            notes[noted[0] - count + lane, COLUMNS] = UNDECIDED
+
+
+@njit(cache=True, nogil=True)
+def run(
+    context: Any, stack: Any, count: int, leaves: Any, kinds: Any, children: Any, cell_limit: int
+) -> tuple[int, int, int]:
+    """Search cells in u depth first; see ``engine.batches`` and ``engine.notes``."""
+    return batches(process, context, stack, count, leaves, kinds, children, cell_limit)
