@@ -6,7 +6,8 @@ kernels of a file lie in a folder `cdpr-FILE-DIGEST`, under the digest of that f
 (`kernels/sources.py`), within the folder that numba chooses: `__pycache__` beside the source,
 `NUMBA_CACHE_DIR`, or the user's own where the package cannot be written. What may be made of any file of ours
 lies in `cdpr-all-DIGEST`, under the digest of them all: kernels of others that are declared after ours, for
-they may call ours, and those defined inside a function, for they may call what that was given.
+they may call ours, and those defined inside a function, for they may call what that was given. Where an
+argument is of a class that the kernel's file does not import, the digest of that one's file is in the key.
 
 A folder, and not the digest in numba's stamp of the index: numba writes the index before the data file it
 names, and a process that dies between the two would leave the data of an older state under the new stamp.
@@ -125,24 +126,29 @@ class KeyedCacheFile(caching.IndexDataCacheFile):  # type: ignore[misc]
             super().flush()
 
     def save(self, key: Any, data: Any) -> None:
-        """Save the code of one signature, if it is made of the sources of the digest and no others.
-
-        It is not when a source was edited since, for then it may be made of either text, and not when a class
-        of its arguments is of a file that the kernel's own does not import.
-        """
-        if sources.are_as_digested(self._module) and not self._strangers(key):
+        """Save the code of one signature, unless a source was edited since: it may be made of either text."""
+        others = self._strangers(key)
+        if all(sources.are_as_digested(module) for module in (self._module, *others)):
             with self._alone():
-                super().save(key, data)
-
-    def _strangers(self, key: Any) -> set[str]:
-        """Return our modules that the pickle of a signature names and the digest leaves out."""
-        named = {name.decode() for name in _MODULE.findall(self._dump(key))}
-        return named & (sources.modules().keys() - sources.closure(self._module))
+                super().save(self._keyed(key, others), data)
 
     def load(self, key: Any) -> Any:
         """Return the code of one signature, None when there is none."""
         with locked(self._shared_path):
-            return super().load(key)
+            return super().load(self._keyed(key, self._strangers(key)))
+
+    def _strangers(self, key: Any) -> list[str]:
+        """Return our modules that the pickle of a signature names and the digest of the folder leaves out.
+
+        They have the classes of arguments, which the kernel's own file need not import.
+        """
+        named = {name.decode() for name in _MODULE.findall(self._dump(key))}
+        return sorted(named & (sources.modules().keys() - sources.closure(self._module)))
+
+    @staticmethod
+    def _keyed(key: Any, others: list[str]) -> Any:
+        """Return the key of a signature with the digests of the modules that its classes are from."""
+        return (key, *map(sources.digest, others)) if others else key
 
     @contextmanager
     def _alone(self) -> Iterator[None]:

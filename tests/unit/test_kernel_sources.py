@@ -37,19 +37,39 @@ def test_every_file_that_can_define_or_feed_a_kernel_is_in_the_digest():
     """Found in another way: from the syntax trees of all files of the house, wherever they lie."""
     starts = [name for name, path in modules().items() if declares(path)]
     needed = {modules()[name] for name in reached(graph(), starts)}
-    found = set(sources.compiled_sources())
+    found = {sources.modules()[name].path for name in sources.closure()}
     assert len(starts) > 20
     assert needed <= found
     assert {path for path in found - needed if path.name != "__init__.py"} == set()
 
 
+def test_every_file_that_can_feed_a_kernel_is_in_the_closure_of_its_own():
+    """Found in the same other way, a file of kernels at a time; and no more but what packages bring."""
+    known = {source.path: name for name, source in sources.modules().items()}
+    for start in [name for name, path in modules().items() if declares(path)]:
+        needed = reached(graph(), [start])
+        packages = {name.rpartition(".")[0] for name in needed} & modules().keys()
+        found = sources.closure(start)
+        assert {known[modules()[name]] for name in needed} <= found, start
+        assert found <= reached(graph(), needed | packages), start
+
+
+def test_arithmetic_knows_no_solver_and_a_search_knows_arithmetic():
+    assert not any(name.startswith("solvers") for name in sources.closure("cdpr_interval.kernels.interval"))
+    search = sources.closure("solvers.six_dof.root_search")
+    assert {"solvers.six_dof.root_search", "cdpr_interval.kernels.interval"} <= search
+    assert search < sources.closure()
+    point = sources.closure("solvers.point_mass.one_call")
+    assert not any(name.startswith("solvers.six_dof") for name in point)
+
+
 def test_what_feeds_no_kernel_is_not():
     """A change of a command or a report must not compile everything again."""
-    names = {path.relative_to(ROOT).as_posix() for path in sources.compiled_sources()}
+    names = sources.closure()
     assert not any(
-        name.startswith(("solvers/commands", "solvers/report", "cdpr_interval/files")) for name in names
+        name.startswith(("solvers.commands", "solvers.report", "cdpr_interval.files")) for name in names
     )
-    assert "solvers/six_dof/forward.py" not in names
+    assert "solvers.six_dof.forward" not in names
 
 
 def copied(root: Path) -> Path:
@@ -70,8 +90,12 @@ def copied(root: Path) -> Path:
     return solver
 
 
-def digest_in(root: Path) -> str:
-    code = "from cdpr_interval.kernels import sources; print(sources.digest(), sources.are_as_digested())"
+def digest_in(root: Path, module: str | None = None) -> str:
+    """Return the digest of a module, or of all, that a new process finds."""
+    code = (
+        "from cdpr_interval.kernels import sources\n"
+        f"print(sources.digest({module!r}), sources.are_as_digested({module!r}))"
+    )
     done = subprocess.run([sys.executable, "-c", code], cwd=root, capture_output=True, text=True, check=True)
     digest, same = done.stdout.split()
     assert same == "True"
@@ -96,15 +120,32 @@ def test_the_digest_is_of_names_and_contents(tmp_path):
     assert len(seen) == 6
 
 
+def test_the_digest_of_a_module_is_of_what_it_imports(tmp_path):
+    solver = copied(tmp_path)
+    names = [f"solvers.six_dof.{name}" for name in ("search", "constants", "other")]
+    before = [digest_in(tmp_path, name) for name in names]
+    assert len(set(before)) == 3
+    for edited, changes in (
+        ("alone", [False, False, False]),
+        ("deeper", [True, True, False]),
+        ("other", [True, False, True]),
+    ):
+        with (solver / f"{edited}.py").open("a") as file:
+            file.write("# more\n")
+        after = [digest_in(tmp_path, name) for name in names]
+        assert [one != other for one, other in zip(before, after, strict=True)] == changes
+        before = after
+
+
 def test_nothing_is_read_before_a_kernel_is_declared():
     code = (
         "import sys, cdpr_interval, solvers, certificates\n"
         "print('cdpr_interval.kernels.sources' in sys.modules)\n"
         "import cdpr_interval.kernels\n"
         "from cdpr_interval.kernels import sources\n"
-        "print(sources.digest.cache_info().misses)\n"
+        "print(sources.modules.cache_info().misses)\n"
         "import cdpr_interval.kernels.rounding\n"
-        "print(sources.digest.cache_info().misses)"
+        "print(sources.modules.cache_info().misses)"
     )
     done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True)
     assert done.stdout.split() == ["False", "0", "1"]
