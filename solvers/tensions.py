@@ -27,14 +27,7 @@ from cdpr_interval.mechanics.cables.law import law_of
 from cdpr_interval.mechanics.loaded import loaded
 from cdpr_interval.mechanics.stability import Stability
 from cdpr_interval.robots.cable_robot import Robot
-from solvers.answers.data import (
-    Answer,
-    CableState,
-    Nominal,
-    Proof,
-    Solution,
-    Undecided,
-)
+from solvers.answers.data import Answer, CableState, Nominal, Proof, Solution, Undecided
 from solvers.answers.result import Result
 from solvers.classes import require_supported
 from solvers.forward import build_result

@@ -10,8 +10,8 @@ from cdpr_interval.engine import batch_cells as lanes
 from cdpr_interval.engine import contraction as elimination
 from cdpr_interval.mechanics.six_dof import balance as statics
 from cdpr_interval.mechanics.six_dof import geometry as forms
-from solvers.six_dof import bounds
-from solvers.six_dof import branch as branches
+from solvers.six_dof.cells import bounds
+from solvers.six_dof.cells import branch as branches
 from tests.lane_calls import binary, get, put
 
 maximum = binary(lanes.maximum)[0]

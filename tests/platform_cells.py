@@ -18,12 +18,12 @@ from cdpr_interval.kernels.lanes import LANES
 from cdpr_interval.kernels.second_order import ROTATION_ONLY, WHOLE_POSE, Symbols, width
 from cdpr_interval.mechanics.six_dof import geometry as platform_polynomials
 from cdpr_interval.mechanics.six_dof import rows as platform_rows
-from solvers.six_dof import bounds as platform_bounds
-from solvers.six_dof import branch as platform_branch
-from solvers.six_dof import pose_cells as platform_pose
-from solvers.six_dof import rotation_cells as platform_turn
-from solvers.six_dof.cell_kinds import Context
-from solvers.six_dof.columns import POSE_COLUMNS, ROTATION_COLUMNS
+from solvers.six_dof.cells import bounds as platform_bounds
+from solvers.six_dof.cells import branch as platform_branch
+from solvers.six_dof.cells import pose_cells as platform_pose
+from solvers.six_dof.cells import rotation_cells as platform_turn
+from solvers.six_dof.cells.columns import POSE_COLUMNS, ROTATION_COLUMNS
+from solvers.six_dof.cells.kinds import Context
 from tests import lane_calls as calls
 from tests import lane_platform as platform
 from tests.exact_rows import Point, polynomial

@@ -17,15 +17,7 @@ import numpy as np
 
 from cdpr_interval.engine.budget import Budget
 from cdpr_interval.exact.enclosure import Bounds
-from solvers.answers.data import (
-    Answer,
-    Outcome,
-    Proof,
-    Solution,
-    StopReason,
-    SubsetReport,
-    Undecided,
-)
+from solvers.answers.data import Answer, Outcome, Proof, Solution, StopReason, SubsetReport, Undecided
 from solvers.point_mass.answer import MOST_ROWS, subset_count, subsets
 from solvers.point_mass.arrays import RobotArrays, exact_lengths, select
 from solvers.point_mass.balance import all_cables

@@ -18,15 +18,7 @@ from cdpr_interval.engine.budget import Budget, Stop
 from cdpr_interval.engine.search import Report, Run, search
 from cdpr_interval.exact.enclosure import Bounds
 from cdpr_interval.kernels.box import contains
-from solvers.answers.data import (
-    Answer,
-    Outcome,
-    Proof,
-    Solution,
-    StopReason,
-    SubsetReport,
-    Undecided,
-)
+from solvers.answers.data import Answer, Outcome, Proof, Solution, StopReason, SubsetReport, Undecided
 from solvers.point_mass.alone import Claim, complete_claim, exact_pose_of, merged_solutions, subset_claim
 from solvers.point_mass.answer import answer_pose, answer_without_pose, subset_count, subsets
 from solvers.point_mass.arrays import Cables, RobotArrays, exact_lengths, select

@@ -30,7 +30,7 @@ from certificates.tree import Node
 from solvers.proofs.allowance import Allowance
 from solvers.proofs.claims import claim, root_entry
 from solvers.proofs.tree import TURNED, Cell, Trees, box_of
-from solvers.six_dof.noted_search import NotedPoses, NotedTurns
+from solvers.six_dof.cells.noted import NotedPoses, NotedTurns
 from solvers.six_dof.record import Searched
 
 Floats = NDArray[np.float64]

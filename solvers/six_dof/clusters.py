@@ -9,7 +9,7 @@ from cdpr_interval.exact import balls
 from cdpr_interval.mechanics.six_dof.frame import Pose, centred_cayley, half_turn
 from solvers.answers.data import Undecided
 from solvers.questions.problem import Problem
-from solvers.six_dof.cell_kinds import POSE_CELLS, ROTATION_CELLS, CellKind
+from solvers.six_dof.cells.kinds import POSE_CELLS, ROTATION_CELLS, CellKind
 from solvers.six_dof.reduction import Reduced
 from solvers.six_dof.solution import origin
 from solvers.six_dof.subset_search import SubsetSearch

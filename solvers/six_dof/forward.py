@@ -12,15 +12,7 @@ from cdpr_interval.engine.search import Report
 from cdpr_interval.exact import balls
 from cdpr_interval.mechanics.six_dof.families import Classification, Kind
 from cdpr_interval.mechanics.six_dof.frame import Pose
-from solvers.answers.data import (
-    Answer,
-    CableState,
-    Outcome,
-    Solution,
-    StopReason,
-    SubsetReport,
-    Undecided,
-)
+from solvers.answers.data import Answer, CableState, Outcome, Solution, StopReason, SubsetReport, Undecided
 from solvers.questions.problem import Options, Problem, Progress
 from solvers.six_dof.clusters import anywhere, clusters
 from solvers.six_dof.families_point import point_solution, poses_at

@@ -17,8 +17,8 @@ from cdpr_interval.engine.budget import Budget, Stop
 from cdpr_interval.exact import balls
 from cdpr_interval.mechanics.six_dof.families import Kind
 from solvers.questions.problem import Options, Problem
-from solvers.six_dof.cell_kinds import POSE_CELLS, ROTATION_CELLS
-from solvers.six_dof.columns import POSE_COLUMNS, ROTATION_COLUMNS
+from solvers.six_dof.cells.columns import POSE_COLUMNS, ROTATION_COLUMNS
+from solvers.six_dof.cells.kinds import POSE_CELLS, ROTATION_CELLS
 from solvers.six_dof.prepared import kind_of, lengths_of
 from solvers.six_dof.reduction import Reduced, reduced_problems
 from solvers.six_dof.roots import Prover, Reduction, Root

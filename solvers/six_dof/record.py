@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from cdpr_interval.engine.budget import Budget, Stop
-from solvers.six_dof.noted_search import NotedTurns
+from solvers.six_dof.cells.noted import NotedTurns
 
 if TYPE_CHECKING:
     from solvers.six_dof.reduction import Reduced

@@ -27,9 +27,9 @@ from cdpr_interval.mechanics.six_dof.system import (
     jacobian_over,
     residual_at,
 )
-from solvers.six_dof import pose_cells as pose
-from solvers.six_dof import rotation_cells as turn
-from solvers.six_dof.columns import POSE_COLUMNS, ROTATION_COLUMNS
+from solvers.six_dof.cells import pose_cells as pose
+from solvers.six_dof.cells import rotation_cells as turn
+from solvers.six_dof.cells.columns import POSE_COLUMNS, ROTATION_COLUMNS
 from solvers.six_dof.starts import across_rod, claim, leaf_pose, starting_tensions, triple_at
 
 Floats = NDArray[np.float64]

@@ -15,8 +15,8 @@ from cdpr_interval.exact import balls
 from cdpr_interval.mechanics.rotation import rotation_at
 from cdpr_interval.mechanics.six_dof.arrays import Model
 from cdpr_interval.mechanics.six_dof.frame import Frame, Pose, centred_cayley, coordinates, half_turn
-from solvers.six_dof.cell_kinds import POSE_CELLS, ROTATION_CELLS, CellKind
-from solvers.six_dof.columns import POSE_COLUMNS
+from solvers.six_dof.cells.columns import POSE_COLUMNS
+from solvers.six_dof.cells.kinds import POSE_CELLS, ROTATION_CELLS, CellKind
 from solvers.six_dof.root_search import FEW_LEAVES, MOST_STARTS, Bench, System, find_roots
 
 Floats = NDArray[np.float64]

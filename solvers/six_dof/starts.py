@@ -13,7 +13,7 @@ from numba import njit
 
 from cdpr_interval.kernels.dense import solve_in_place
 from cdpr_interval.mechanics.rotation import rotation_at
-from solvers.six_dof.columns import ROTATION_COLUMNS
+from solvers.six_dof.cells.columns import ROTATION_COLUMNS
 
 REGULARISATION = 1e-13
 """Share of the trace added to the normal equations of the starting tensions: wrenches may be dependent."""

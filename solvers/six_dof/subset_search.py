@@ -18,8 +18,8 @@ from cdpr_interval.engine.budget import Budget, Stop
 from cdpr_interval.engine.rows import FOLDED, SMALL
 from cdpr_interval.engine.search import Report, Run, search
 from cdpr_interval.mechanics.six_dof.arrays import Model
-from solvers.six_dof.cell_kinds import POSE_CELLS, ROTATION_CELLS, CellKind
-from solvers.six_dof.columns import POSE_COLUMNS, ROTATION_COLUMNS
+from solvers.six_dof.cells.columns import POSE_COLUMNS, ROTATION_COLUMNS
+from solvers.six_dof.cells.kinds import POSE_CELLS, ROTATION_CELLS, CellKind
 from solvers.six_dof.roots import Prover, Reduction, Root
 
 Floats = NDArray[np.float64]

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cdpr_interval.mechanics.six_dof.arrays import Model
-from solvers.six_dof.columns import POSE_COLUMNS
+from solvers.six_dof.cells.columns import POSE_COLUMNS
 from solvers.six_dof.roots import Root
 
 Floats = NDArray[np.float64]

@@ -11,7 +11,7 @@ from solvers import forward_kinematics
 from solvers.answers.data import Outcome
 from solvers.answers.result import Result
 from solvers.six_dof import forward as six_dof
-from solvers.six_dof.cell_kinds import POSE_CELLS
+from solvers.six_dof.cells.kinds import POSE_CELLS
 from solvers.six_dof.subset_search import SubsetSearch, position_cells, start_cells
 from tests.planted.platform import Planted, plant
 from tests.planted.verdict import agrees, holds

@@ -21,8 +21,8 @@ from cdpr_interval.mechanics.six_dof import balance as platform_statics
 from cdpr_interval.mechanics.six_dof import directions as platform_directions
 from cdpr_interval.mechanics.six_dof import geometry as platform_polynomials
 from cdpr_interval.mechanics.six_dof import rows as platform_rows
-from solvers.six_dof.cell_kinds import POSE_CELLS, ROTATION_CELLS
-from solvers.six_dof.columns import POSE_COLUMNS, ROTATION_COLUMNS
+from solvers.six_dof.cells.columns import POSE_COLUMNS, ROTATION_COLUMNS
+from solvers.six_dof.cells.kinds import POSE_CELLS, ROTATION_CELLS
 from tests import lane_calls as calls
 from tests import lane_platform as platform
 from tests.kernel_callers import Callers

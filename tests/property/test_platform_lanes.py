@@ -20,7 +20,7 @@ from cdpr_interval.kernels.lanes import LANES
 from cdpr_interval.kernels.second_order import ROTATION_ONLY, WHOLE_POSE, Symbols, width
 from cdpr_interval.mechanics.rotation import HALF_TURNS
 from cdpr_interval.mechanics.six_dof.rows import FORMS, WORK
-from solvers.six_dof.cell_kinds import POSE_CELLS, ROTATION_CELLS
+from solvers.six_dof.cells.kinds import POSE_CELLS, ROTATION_CELLS
 from solvers.six_dof.subset_search import root_rows
 from tests import lane_platform as platform
 from tests.exact_rows import Point, polynomial

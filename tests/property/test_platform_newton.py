@@ -18,8 +18,8 @@ from cdpr_interval.exact.enclosure import enclose
 from cdpr_interval.exact.range import Range, RangeVector
 from cdpr_interval.mechanics.six_dof import system as newton
 from cdpr_interval.mechanics.six_dof.arrays import Model, build_model
-from solvers.six_dof.cell_kinds import POSE_CELLS
-from solvers.six_dof.columns import POSE_COLUMNS
+from solvers.six_dof.cells.columns import POSE_COLUMNS
+from solvers.six_dof.cells.kinds import POSE_CELLS
 from solvers.six_dof.root_search import FEW_LEAVES
 from solvers.six_dof.roots import GENERAL, GEOMETRY, PLANAR, Prover, Root
 from tests.kernel_callers import Callers

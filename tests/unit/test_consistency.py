@@ -6,14 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from solvers.answers.data import (
-    Answer,
-    CableState,
-    Certainty,
-    Outcome,
-    Proof,
-    SubsetReport,
-)
+from solvers.answers.data import Answer, CableState, Certainty, Outcome, Proof, SubsetReport
 from solvers.answers.message import message_of
 from solvers.answers.result import Result
 from solvers.batch.answer import answer_text, result_document

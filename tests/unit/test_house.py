@@ -56,11 +56,11 @@ def test_a_class_of_robot_is_asked_for_in_few_files():
 KNOWN = ("p", "p.a", "p.b", "p.c", "p.d", "p.e")
 SOURCE = """
 import os, p.a
-from p import b, name
+from p import (b, name)
 if TYPE_CHECKING:
-    from p.c import C
+    from p.c import (C)
 def f():
-    from p.d import D
+    from p.d import (D)
     import q.e
 """
 

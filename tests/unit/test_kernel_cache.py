@@ -23,22 +23,22 @@ PLAIN = KeyedCacheFile.__bases__[0]
 NO_LOCKS = pytest.mark.skipif(sys.platform == "win32", reason="no folder locks")
 
 INNER = """
-from numba import njit
+from numba import (njit)
 FACTOR = {factor}
 @njit(cache=True)
 def inner(x):
     return {inner}
 """
 OUTER = """
-from numba import njit
+from numba import (njit)
 import cdpr_interval.kernels
-from solvers.six_dof.inner import FACTOR, inner
+from solvers.six_dof.inner import (FACTOR, inner)
 @njit(cache=True)
 def outer(x):
     return FACTOR * inner(x)
 """
 BINDS = """
-from numba import njit
+from numba import (njit)
 import cdpr_interval.kernels
 def bound(kind):
     @njit(cache=True)
@@ -47,7 +47,7 @@ def bound(kind):
     return run
 """
 TAKES = """
-from numba import njit
+from numba import (njit)
 import cdpr_interval.kernels
 @njit(cache=True)
 def takes(pair):
@@ -55,14 +55,14 @@ def takes(pair):
 """
 PAIRS = """
 import numba
-from typing import NamedTuple
+from typing import (NamedTuple)
 class Pair(NamedTuple):
     {}: float
     {}: float
 """
 ASK = "from solvers.six_dof.outer import outer\nprint(outer(10.0))"
 TOLD = """
-from numba.core import event
+from numba.core import (event)
 class Told(event.Listener):
     def on_start(self, event): raise SystemExit('compiles')
     def on_end(self, event): pass

@@ -10,15 +10,7 @@ from cdpr_interval import InputError, load_robot
 from cdpr_interval.mechanics.stability import Stability
 from cdpr_interval.robots.cable_robot import Elasticity
 from solvers import Result, inverse_kinematics
-from solvers.answers.data import (
-    Answer,
-    CableState,
-    Family,
-    Nominal,
-    Outcome,
-    Proof,
-    Solution,
-)
+from solvers.answers.data import Answer, CableState, Family, Nominal, Outcome, Proof, Solution
 from solvers.forward import build_result
 from solvers.questions.problem import Options, Problem
 from tests import hanging_mass

@@ -10,14 +10,7 @@ import pytest
 from cdpr_interval import load_robot
 from cdpr_interval.mechanics.stability import Stability
 from solvers import inverse_kinematics
-from solvers.answers.data import (
-    Answer,
-    CableState,
-    Family,
-    Outcome,
-    Proof,
-    StopReason,
-)
+from solvers.answers.data import Answer, CableState, Family, Outcome, Proof, StopReason
 from solvers.forward import build_result
 from solvers.questions.problem import Options, Problem
 from tests import hanging_mass

@@ -1,7 +1,7 @@
 """The search in u with notes of what becomes of its cells: an observer of ``rotation_cells``.
 
 It notes the fates for which certificates have a rule. What the solver does beyond them (contraction by
-statics, roots' boxes in position and tensions) is not noted; see ``certified_turn_cells``.
+statics, roots' boxes in position and tensions) is not noted; see ``certified_rotation_cells``.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ from cdpr_interval.mechanics.six_dof.balance import balance_free
 from cdpr_interval.mechanics.six_dof.directions import centre_columns
 from cdpr_interval.mechanics.six_dof.geometry import cable_rows, length_row
 from cdpr_interval.mechanics.six_dof.rows import MOST_TAUT, PASSED, SLACK_CABLE, U_SYMBOLS, Y
-from solvers.six_dof import rotation_cells as turn
+from solvers.six_dof.cells import rotation_cells as turn
 
 COLUMNS = 8
 """Of a cell that are noted: all but its share."""
@@ -93,7 +93,7 @@ def note_directions(
 def note_fates(context: Any, count: int, children: Any) -> None:
     """Add the fates to the notes of a batch.
 
-    ``context`` : a ``noted_search.Noted`` or ``Certified``; ``children`` : (2 LANES, width).
+    ``context`` : a ``noted.Noted`` or ``Certified``; ``children`` : (2 LANES, width).
     """
     model, notes, noted = context.model, context.notes, context.noted
     S, F, W, C, states, verdicts = context.scratch

@@ -4,7 +4,7 @@
 where the centres come close to one line, or where the position turns too fast, the cell is handed on to
 the search in (u, x) of ``pose_cells``, which needs no branch.
 
-Arrays: as in ``cell_tests``; a cell has the columns ``ROTATION_COLUMNS``.
+Arrays: as in ``cells.tests``; a cell has the columns ``ROTATION_COLUMNS``.
 """
 
 from __future__ import annotations
@@ -42,15 +42,10 @@ from cdpr_interval.kernels.lanes import LANES, LaneArray, load, splat, where_les
 from cdpr_interval.kernels.second_order import Forms, Symbols, cross3
 from cdpr_interval.mechanics.six_dof.geometry import length_row, rotation_rows, third_block, triple_rows
 from cdpr_interval.mechanics.six_dof.rows import BLOCK, CABLE, CENTRE, NORMAL, SECOND, U_SYMBOLS
-from solvers.six_dof.bounds import bound_cell
-from solvers.six_dof.branch import no_position, on_branch
-from solvers.six_dof.cell_tests import (
-    exclude_by_balance,
-    exclude_by_length,
-    exclude_by_slack,
-    process_cells,
-)
-from solvers.six_dof.columns import ROTATION_COLUMNS
+from solvers.six_dof.cells.bounds import bound_cell
+from solvers.six_dof.cells.branch import no_position, on_branch
+from solvers.six_dof.cells.columns import ROTATION_COLUMNS
+from solvers.six_dof.cells.tests import exclude_by_balance, exclude_by_length, exclude_by_slack, process_cells
 
 CHART, BRANCH = ROTATION_COLUMNS.chart, ROTATION_COLUMNS.branch
 FOLD_WIDTH = 0.13
@@ -177,7 +172,7 @@ def verdict(context: Any, lane: int, children: Any) -> int:
 
 @kernel(inline="always")
 def process(context: Any, count: int, children: Any) -> None:
-    """Exclude, contract, settle or split a batch of cells; see ``cell_tests.process_cells``."""
+    """Exclude, contract, settle or split a batch of cells; see ``tests.process_cells``."""
     process_cells(exclude, narrow_lanes, verdict, context, count, children)
 
 

@@ -43,8 +43,8 @@ from cdpr_interval.mechanics.six_dof.geometry import (
     wrench_rows,
 )
 from cdpr_interval.mechanics.six_dof.rows import CENTRE_OF, CHANGE_OF, PASSED, SLACK_CABLE, TIE, Y
-from solvers.six_dof import pose_cells as pose
-from solvers.six_dof.noted_turn_cells import alone
+from solvers.six_dof.cells import pose_cells as pose
+from solvers.six_dof.cells.noted_rotation_cells import alone
 
 COLUMNS = 13
 """Of a cell that are noted: all but its share."""

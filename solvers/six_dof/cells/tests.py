@@ -22,7 +22,7 @@ from cdpr_interval.mechanics.six_dof.directions import centre_columns
 from cdpr_interval.mechanics.six_dof.geometry import wrench_rows
 from cdpr_interval.mechanics.six_dof.rows import DIMENSIONS, MOST_TAUT, U_SYMBOLS
 from cdpr_interval.mechanics.six_dof.unloaded import unloaded
-from solvers.six_dof.bounds import settled, slack_excluded
+from solvers.six_dof.cells.bounds import settled, slack_excluded
 
 
 @kernel(inline="always")
@@ -98,7 +98,7 @@ def process_cells(
     verdict
         ``verdict(context, lane, children)`` writes a lane's children or leaf and returns its verdict.
     context
-        A ``cell_kinds.Context``.
+        A ``kinds.Context``.
     """
     S, F, W, C, states, verdicts = context.scratch
     model = context.model

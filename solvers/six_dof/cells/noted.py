@@ -11,8 +11,8 @@ from cdpr_interval.engine.notes import Notes
 from cdpr_interval.engine.scratch import Scratch
 from cdpr_interval.engine.search import Run
 from cdpr_interval.mechanics.six_dof.arrays import Model
-from solvers.six_dof import certified_pose_cells, certified_turn_cells, noted_turn_cells
-from solvers.six_dof.cell_kinds import POSE_CELLS, ROTATION_CELLS, Context
+from solvers.six_dof.cells import certified_pose_cells, certified_rotation_cells, noted_rotation_cells
+from solvers.six_dof.cells.kinds import POSE_CELLS, ROTATION_CELLS, Context
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -53,19 +53,19 @@ class NotedTurns(Notes):
     """Notes of searches in u."""
 
     def __init__(self) -> None:
-        super().__init__(noted_turn_cells.COLUMNS, noted_turn_cells.DATA, MOST_NOTES)
+        super().__init__(noted_rotation_cells.COLUMNS, noted_rotation_cells.DATA, MOST_NOTES)
 
     def solver_run(self, model: Model, roots: Floats, leaf_size: float) -> Run:
         """Bind the solver's own search to its data and one thread's scratch.
 
-        ``roots`` : their uniqueness boxes as ``cell_kinds.Context`` has them.
+        ``roots`` : their uniqueness boxes as ``kinds.Context`` has them.
         """
         search = ROTATION_CELLS.context(model, roots, leaf_size)
 
         def context(notes: Floats, noted: Ints) -> Noted:
             return Noted(model, search.scratch, search, notes, noted)
 
-        return self.observed(noted_turn_cells.run, context)
+        return self.observed(noted_rotation_cells.run, context)
 
     def certified_run(self, model: Model, boxes: Floats, smallest: float) -> Run:
         """Bind the search by a certificate's rules; see `Certified`.
@@ -76,7 +76,7 @@ class NotedTurns(Notes):
         def context(notes: Floats, noted: Ints) -> Certified:
             return Certified(model, ROTATION_CELLS.scratch(), boxes, smallest, 1.0, notes, noted)
 
-        return self.observed(certified_turn_cells.run, context)
+        return self.observed(certified_rotation_cells.run, context)
 
 
 class NotedPoses(Notes):

@@ -18,8 +18,8 @@ from cdpr_interval.kernels.kernel import kernel
 from cdpr_interval.kernels.lanes import LANES, LaneArray, store
 from cdpr_interval.kernels.second_order import Forms, Symbols, bounds
 from cdpr_interval.mechanics.six_dof.rows import PLACES, POSITION
-from solvers.six_dof import rotation_cells as turn
-from solvers.six_dof.noted_turn_cells import COLUMNS, note_fates
+from solvers.six_dof.cells import rotation_cells as turn
+from solvers.six_dof.cells.noted_rotation_cells import COLUMNS, note_fates
 
 
 @kernel()

@@ -16,8 +16,8 @@ from cdpr_interval.engine.search import Run
 from cdpr_interval.kernels.second_order import ROTATION_ONLY, WHOLE_POSE, Symbols
 from cdpr_interval.mechanics.six_dof.arrays import Model
 from cdpr_interval.mechanics.six_dof.rows import FORMS, WORK
-from solvers.six_dof import pose_cells, rotation_cells
-from solvers.six_dof.columns import POSE_COLUMNS, ROTATION_COLUMNS, Columns
+from solvers.six_dof.cells import pose_cells, rotation_cells
+from solvers.six_dof.cells.columns import POSE_COLUMNS, ROTATION_COLUMNS, Columns
 
 Floats = NDArray[np.float64]
 

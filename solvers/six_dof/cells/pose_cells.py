@@ -5,7 +5,7 @@ lengths of the taut cables are solved for as many of the six symbols as they fix
 to what is left and taken out of every other form (``contraction``). It does not matter which
 symbols they are: where centres coincide the rotation is fixed by the position, not the other way round.
 
-Arrays: as in ``cell_tests``; a cell has the columns ``POSE_COLUMNS``.
+Arrays: as in ``cells.tests``; a cell has the columns ``POSE_COLUMNS``.
 """
 
 from __future__ import annotations
@@ -14,14 +14,7 @@ from typing import Any
 
 from numba import njit, types
 
-from cdpr_interval.engine.batch_cells import (
-    copy_cell,
-    covers,
-    fill_lanes,
-    halve,
-    is_empty,
-    leaf,
-)
+from cdpr_interval.engine.batch_cells import copy_cell, covers, fill_lanes, halve, is_empty, leaf
 from cdpr_interval.engine.batches import batches
 from cdpr_interval.engine.contraction import cut_pivots, is_pivot, shrunk, solve_for_pivots
 from cdpr_interval.engine.rows import EMPTY, EQUATION, NO_LENGTH, OPEN, SMALL, SMALLER, VERDICTS, WIDE
@@ -31,14 +24,9 @@ from cdpr_interval.kernels.rounding import inflate_lanes
 from cdpr_interval.kernels.second_order import Forms, Symbols, constant, dot3, signatures, widen
 from cdpr_interval.mechanics.six_dof.geometry import length_row, middle_and_radius, rotation_rows, triple_rows
 from cdpr_interval.mechanics.six_dof.rows import BEFORE, BLOCK, CABLE, MOVING, POSITION, U_SYMBOLS
-from solvers.six_dof.bounds import bound_cell
-from solvers.six_dof.cell_tests import (
-    exclude_by_balance,
-    exclude_by_length,
-    exclude_by_slack,
-    process_cells,
-)
-from solvers.six_dof.columns import POSE_COLUMNS
+from solvers.six_dof.cells.bounds import bound_cell
+from solvers.six_dof.cells.columns import POSE_COLUMNS
+from solvers.six_dof.cells.tests import exclude_by_balance, exclude_by_length, exclude_by_slack, process_cells
 
 CHART, VARIABLES = POSE_COLUMNS.chart, POSE_COLUMNS.variables
 POSITION_WEIGHT = 0.4
@@ -214,7 +202,7 @@ def verdict(context: Any, lane: int, children: Any) -> int:
 
 @kernel(inline="always")
 def process(context: Any, count: int, children: Any) -> None:
-    """Exclude, contract, settle or split a batch of cells; see ``cell_tests.process_cells``."""
+    """Exclude, contract, settle or split a batch of cells; see ``tests.process_cells``."""
     process_cells(exclude, narrow_lanes, verdict, context, count, children)
 
 
