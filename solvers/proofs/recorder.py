@@ -145,19 +145,19 @@ class Recorder:
 
         A cut must be confirmed at once, where leaves may be bisected: one that is not refutes the file.
         """
-        cuts = [cell for cell, node in self.trees.nodes.items() if node[0] == Node.CUT]
+        cuts = [c for c, v in self.trees.nodes.items() if v[0] == Node.CUT and not self.is_doubtful(c, v)]
         for cell in cuts[:: max(1, len(cuts) // SAMPLE)]:
             leaf = self.trees.leaf(cell, self.trees.nodes[cell])
             self.trusts = self.trusts and confirmed(self.search, leaf, leaf.cell)
 
-    def missing(self, cells: Iterable[Cell], budget: Budget) -> list[Cell]:
+    def missing(self, cells: Iterable[Cell], budget: Patience) -> list[Cell]:
         """Return the parts of cells of which nothing is known; what is doubtful is tried on the way."""
         found, waiting = [], list(cells)
         while waiting:
             cell = waiting.pop()
             node = self.trees.nodes.get(cell)
             if node is not None and self.is_doubtful(cell, node):
-                if budget.stop() is not None:
+                if budget.whole.stop() is not None:
                     return []
                 node = self.tried(cell, node)
             if node is None:

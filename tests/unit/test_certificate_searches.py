@@ -28,7 +28,7 @@ from solvers.forward import answer_question, pose_problem
 from solvers.proofs.document import certificate_document
 from solvers.proofs.entries import subset_entries
 from solvers.proofs.recorder import Recorder
-from solvers.proofs.tree import Cell, Fate, Trees
+from solvers.proofs.tree import Cell, Trees
 from solvers.questions.problem import Options, Problem
 from solvers.six_dof.record import Record
 from tests import plain_certificate_reader as reader
@@ -361,14 +361,14 @@ def test_a_lost_root_is_not_passed_over(tmp_path: Path):
 def test_a_solver_that_drops_cells_is_found_out(monkeypatch: pytest.MonkeyPatch, tmp_path: Path):
     problem, options, result = solved("uc2", LENGTHS, "c1,c2")
     result = one_root_lost(problem, options, result)
-    halved = Trees.fate
+    node = Trees.node
 
-    def careless(self: Trees, cell: Cell, code: int, data: Sequence[float]) -> Fate:
+    def careless(self: Trees, cell: Cell, fate: int, data: Sequence[float]) -> bytes:
         """Exclude small cells that cannot be excluded."""
-        small = code < 6 and cell[3] - cell[2] < 0.02
-        return halved(self, cell, UNBALANCED if small else code, data)
+        is_small = fate < 6 and cell[3] - cell[2] < 0.02
+        return node(self, cell, UNBALANCED if is_small else fate, data)
 
-    monkeypatch.setattr(Trees, "fate", careless)
+    monkeypatch.setattr(Trees, "node", careless)
     assert verdict(tmp_path, document_of(problem, options, result)) is Verdict.NOT_PROVED
 
 

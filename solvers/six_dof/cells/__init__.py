@@ -1,1 +1,1 @@
-"""Cells of the search: what they are tested for, how they are cut and split, and notes of what becomes of them."""
+"""Cells of the search: what they are tested for, how they are cut and split, and notes of their fates."""
