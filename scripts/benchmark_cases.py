@@ -20,7 +20,7 @@ from multiprocessing import get_context
 from pathlib import Path
 
 from cdpr_interval.mechanics.stability import Stability
-from cdpr_interval.robots.cable_robot import Cable, Elasticity, Platform, Robot
+from cdpr_interval.robots.cable_robot import Cable, Elasticity, Platform, Robot, exact_point
 from cdpr_interval.robots.formats.reader import load_robot
 from solvers import PointMass, Tracker, forward_kinematics
 from solvers.answers.data import Outcome, Solution
@@ -226,7 +226,7 @@ def smaller_base(robot: Robot, factor: Fraction) -> Robot:
     def scaled(a: tuple[Fraction, Fraction, Fraction]) -> tuple[Fraction, Fraction, Fraction]:
         return (factor * a[0], factor * a[1], factor * a[2])
 
-    cables = tuple(replace(c, frame_anchor=scaled(c.frame_anchor)) for c in robot.cables)
+    cables = tuple(replace(c, frame_anchor=scaled(exact_point(c.frame_anchor))) for c in robot.cables)
     return replace(robot, cables=cables)
 
 

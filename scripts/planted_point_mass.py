@@ -112,10 +112,7 @@ def complaints(planted: Planted, answer: Answer, widest: float) -> list[str]:
 def is_singular(planted: Planted) -> bool:
     """Return True when the taut directions are so nearly dependent that doubles cannot prove the pose."""
     rows = [
-        [
-            float(p - a)
-            for p, a in zip(planted.position, planted.problem.robot.cables[i].frame_anchor, strict=True)
-        ]
+        [float(p - a) for p, a in zip(planted.position, planted.problem.loaded.exits[i], strict=True)]
         for i in planted.taut
     ]
     units = [[x / math.hypot(*row) for x in row] for row in rows]

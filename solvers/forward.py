@@ -135,7 +135,8 @@ def pose_problem(
             errors.add(text)
     check_budgets(options, errors, label)
     problem = Problem(robot, ranges, force, subset)
-    if not any(problem.load):
+    # Of a robot with ranges the load may be one, and the robot is refused below.
+    if not robot.uncertain and not any(problem.load):
         errors.add(NO_LOAD)
     errors.require_none()
     require_treated(robot, kind.refuses(robot))

@@ -18,7 +18,7 @@ from cdpr_interval.errors import InputError, NotSupportedError
 from cdpr_interval.exact import balls
 from cdpr_interval.exact.enclosure import Bounds
 from cdpr_interval.mechanics.cables.law import law_of
-from cdpr_interval.robots.cable_robot import Robot
+from cdpr_interval.robots.cable_robot import Robot, exact_point
 from cdpr_interval.symbolic import inextensible, planar
 from cdpr_interval.symbolic.eliminant import MOST_CABLES, Eliminant, eliminant
 from cdpr_interval.symbolic.elimination import Vanishes
@@ -199,7 +199,7 @@ def rational(x: Fraction) -> fmpq:
 
 def exits_of(robot: Robot, chosen: Sequence[int]) -> list[Exact]:
     """Return the exit points of some cables."""
-    return [[rational(v) for v in robot.cables[i].frame_anchor] for i in chosen]
+    return [[rational(v) for v in exact_point(robot.cables[i].frame_anchor)] for i in chosen]
 
 
 def named(robot: Robot, chosen: Sequence[int]) -> str:

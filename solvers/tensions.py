@@ -24,15 +24,23 @@ from cdpr_interval.errors import InputError, NotSupportedError
 from cdpr_interval.exact import balls
 from cdpr_interval.exact.vector import Vector
 from cdpr_interval.mechanics.cables.law import law_of
-from cdpr_interval.mechanics.loaded import loaded
+from cdpr_interval.mechanics.loaded import LoadedRobot, loaded
 from cdpr_interval.mechanics.stability import Stability
-from cdpr_interval.robots.cable_robot import Robot
-from solvers.answers.data import Answer, CableState, Nominal, Proof, Solution, Undecided
+from cdpr_interval.robots.cable_robot import Robot, exact_point
+from solvers.answers.data import (
+    Answer,
+    CableState,
+    Nominal,
+    Proof,
+    Solution,
+    Undecided,
+)
 from solvers.answers.result import Result
 from solvers.classes import require_supported
 from solvers.forward import build_result
 from solvers.point_mass import scope as point_mass
 from solvers.point_mass.entry import IDENTITY
+from solvers.questions.checked import require_treated, uncertain_data
 from solvers.questions.errors import InputErrors
 from solvers.questions.force import NO_LOAD, ZERO, read_force
 from solvers.questions.lengths import read_lengths
@@ -60,9 +68,14 @@ class TensionProblem:
     external_force: Vector
 
     @property
+    def loaded(self) -> LoadedRobot:
+        """The robot under its weight and the external force, kept between questions."""
+        return loaded(self.robot, self.external_force)
+
+    @property
     def load(self) -> Vector:
         """The force f on the mass, N, base axes."""
-        return loaded(self.robot, self.external_force).load
+        return self.loaded.load
 
 
 def tension_problem(
@@ -78,6 +91,8 @@ def tension_problem(
         ranges = errors.read(read_tensions, tensions, [names[i] for i in chosen])
     errors.require_none()
     assert chosen is not None and ranges is not None
+    # First: with a range in an anchor it is not known to be a point mass.
+    require_treated(robot, uncertain_data(robot))
     if not point_mass.accepts(robot):
         raise NotSupportedError(
             f"robot '{robot.name}': given tensions are for point masses, this is a platform"
@@ -150,7 +165,7 @@ def answered(problem: TensionProblem) -> Answer:
         return undecided(
             problem, "the exit points lie on a line along the load: tensions do not fix the pose"
         )
-    exits = [balls.fractions(problem.robot.cables[i].frame_anchor) for i in problem.chosen]
+    exits = [balls.fractions(problem.loaded.exits[i]) for i in problem.chosen]
     if total > size:
         for k, exit_point in enumerate(exits):
             others = [(t, a) for j, (t, a) in enumerate(zip(tensions, exits, strict=True)) if j != k]
@@ -169,7 +184,7 @@ def answered(problem: TensionProblem) -> Answer:
 
 def on_a_line_along_the_load(problem: TensionProblem) -> bool:
     """Return True where all exit points lie on one line parallel to the load (one point: always)."""
-    first, *others = [problem.robot.cables[i].frame_anchor for i in problem.chosen]
+    first, *others = [problem.loaded.exits[i] for i in problem.chosen]
     rows = [[fmpq(*(x - y).as_integer_ratio()) for x, y in zip(a, first, strict=True)] for a in others]
     rows.append([fmpq(*x.as_integer_ratio()) for x in problem.load])
     return bool(fmpq_mat(rows).rank() == 1)
@@ -280,7 +295,7 @@ def lowest(exits: Sequence[arb_mat], tensions: Sequence[arb], load: arb_mat) -> 
 
 def height(robot: Robot, c: arb_mat) -> arb:
     """Return how high a point is, against gravity."""
-    gravity = balls.fractions(robot.gravity)
+    gravity = balls.fractions(exact_point(robot.gravity))
     return -balls.dot(c, gravity) / balls.norm(gravity)
 
 
@@ -288,8 +303,8 @@ def entry(problem: TensionProblem, c: arb_mat, tensions: Sequence[arb]) -> Solut
     """Return the pose as results list it."""
     count = len(problem.robot.cables)
     pulls, distances = np.zeros((count, 2)), np.zeros((count, 2))
-    for i, cable in enumerate(problem.robot.cables):
-        distances[i] = balls.to_bounds(balls.norm(c - balls.fractions(cable.frame_anchor)))
+    for i, exit_point in enumerate(problem.loaded.exits):
+        distances[i] = balls.to_bounds(balls.norm(c - balls.fractions(exit_point)))
     for i, t in zip(problem.chosen, tensions, strict=True):
         pulls[i] = balls.to_bounds(t)
     position = balls.bounds_array(c)

@@ -1,5 +1,7 @@
 """A robot under a load: what follows from its data and a constant force, whatever the lengths.
 
+Every view is of exact numbers: of a robot with a range where a view looks, it raises `NotSupportedError`.
+
 Robots under a load are kept, so that what is computed from one (here, and by the classes of robots in caches
 keyed by it) is computed once. A robot is recognised as the same object, not by its contents: hashing all its
 rationals would cost more than it saves. The cache is bounded, and safe to use from several threads.
@@ -13,7 +15,7 @@ from functools import cached_property, lru_cache
 
 from cdpr_interval.exact.vector import Vector, minus
 from cdpr_interval.mechanics.cables.law import CableModel, model_of
-from cdpr_interval.robots.cable_robot import Robot
+from cdpr_interval.robots.cable_robot import Robot, exact, exact_point
 
 NO_FORCE: Vector = (Fraction(0), Fraction(0), Fraction(0))
 MOST_KEPT = 8
@@ -29,10 +31,15 @@ class LoadedRobot:
     """At the centre of mass, base axes, N; added to the weight."""
 
     @cached_property
+    def gravity(self) -> Vector:
+        """The gravitational acceleration g in the base frame, m/s2."""
+        return exact_point(self.robot.gravity)
+
+    @cached_property
     def load(self) -> Vector:
         """The force f = m g + F on the platform, N, base axes."""
-        mass = self.robot.platform.mass
-        g, extra = self.robot.gravity, self.external_force
+        mass = exact(self.robot.platform.mass)
+        g, extra = self.gravity, self.external_force
         return (mass * g[0] + extra[0], mass * g[1] + extra[1], mass * g[2] + extra[2])
 
     @cached_property
@@ -46,10 +53,19 @@ class LoadedRobot:
         return tuple(model.route.exit() for model in self.models)
 
     @cached_property
+    def centre(self) -> Vector:
+        """The centre of mass G in the platform frame, m."""
+        return exact_point(self.robot.platform.centre_of_mass)
+
+    @cached_property
+    def anchors(self) -> tuple[Vector, ...]:
+        """B_i in the platform frame, m, file order."""
+        return tuple(exact_point(cable.platform_anchor) for cable in self.robot.cables)
+
+    @cached_property
     def arms(self) -> tuple[Vector, ...]:
         """B_i - G in the platform frame, m, file order."""
-        centre = self.robot.platform.centre_of_mass
-        return tuple(minus(cable.platform_anchor, centre) for cable in self.robot.cables)
+        return tuple(minus(anchor, self.centre) for anchor in self.anchors)
 
 
 class _Same:

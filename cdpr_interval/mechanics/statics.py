@@ -128,7 +128,7 @@ def static_model(robot: Robot, external_force: Vector) -> StaticModel:
         names=robot.cable_names,
         exits=_array(under_load.exits),
         arms=_array(under_load.arms),
-        centre=_array([robot.platform.centre_of_mass])[0],
+        centre=_array([under_load.centre])[0],
         load=_array([under_load.load])[0],
         rows=6 if any(map(any, under_load.arms)) else 3,
     )

@@ -13,8 +13,9 @@ from itertools import pairwise
 
 from cdpr_interval.exact.enclosure import Bounds
 from cdpr_interval.exact.range import Range
+from cdpr_interval.exact.vector import minus
 from cdpr_interval.mechanics.cables.law import law_of
-from cdpr_interval.robots.cable_robot import Robot
+from cdpr_interval.robots.cable_robot import Robot, exact, exact_point
 from solvers.answers.consistency import claims, contradictions
 from solvers.answers.data import CableState, Outcome, ResultData, Solution, StopReason
 from solvers.answers.order import solution_key
@@ -164,19 +165,20 @@ def _mechanics(result: ResultData, solution: Solution, robot: Robot) -> Iterator
     def in_base(vector: Sequence[Fraction]) -> list[Range]:
         return [_dot(row, [Range.exact(x) for x in vector]) for row in rotation]
 
-    arm = in_base(robot.platform.centre_of_mass)
+    inside = exact_point(robot.platform.centre_of_mass)
+    arm = in_base(inside)
     centre = [p + a for p, a in zip(origin, arm, strict=True)]
     yield from _height(solution, robot, centre)
-    mass = robot.platform.mass
+    mass = exact(robot.platform.mass)
     force = [Fraction(component) for component in result.question.external_force]
-    load = [mass * g + f for g, f in zip(robot.gravity, force, strict=True)]
+    load = [mass * g + f for g, f in zip(exact_point(robot.gravity), force, strict=True)]
     # The recorded force is the nearest double: half a unit in its last place may be missing.
     slop = [abs(f) / 2**52 for f in force]
     wrench = [Range(f - s, f + s) for f, s in zip(load, slop, strict=True)] + [NOUGHT] * 3
     for i, cable in enumerate(robot.cables):
-        offset = [b - g for b, g in zip(cable.platform_anchor, robot.platform.centre_of_mass, strict=True)]
-        r = in_base(offset)
-        e = [Range.exact(a) - (p + x) for a, p, x in zip(cable.frame_anchor, centre, r, strict=True)]
+        r = in_base(minus(exact_point(cable.platform_anchor), inside))
+        exit_point = exact_point(cable.frame_anchor)
+        e = [Range.exact(a) - (p + x) for a, p, x in zip(exit_point, centre, r, strict=True)]
         distance, tension = _interval(solution.distances[i]), _interval(solution.tensions[i])
         if distance.lo < 0 or not sum((x.squared() for x in e), NOUGHT).meets(distance * distance):
             yield f"distances_m[{i}]: not the distance from the exit point"
@@ -200,8 +202,9 @@ def _mechanics(result: ResultData, solution: Solution, robot: Robot) -> Iterator
 
 def _height(solution: Solution, robot: Robot, centre: Sequence[Range]) -> Iterator[str]:
     # Up is opposite to gravity; h |g| = -g . centre is compared squared-free by clearing the norm.
-    along = -_dot([Range.exact(g) for g in robot.gravity], centre)
-    norm = Fraction(math.sqrt(sum(float(g) ** 2 for g in robot.gravity)))
+    gravity = exact_point(robot.gravity)
+    along = -_dot([Range.exact(g) for g in gravity], centre)
+    norm = Fraction(math.sqrt(sum(float(g) ** 2 for g in gravity)))
     reach = norm / 2**48
     if not along.meets(_interval(solution.height) * Range(norm - reach, norm + reach)):
         yield "height_m: not the height of the centre of mass"

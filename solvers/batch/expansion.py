@@ -18,7 +18,7 @@ from cdpr_interval.errors import InputError
 from cdpr_interval.exact.range import LengthRange
 from cdpr_interval.files.fields import is_free
 from cdpr_interval.files.literal import quote
-from cdpr_interval.robots.cable_robot import Robot
+from cdpr_interval.robots.cable_robot import Robot, exact, exact_point
 from solvers.batch import job_schema
 from solvers.batch.draws import Spread, text_of
 from solvers.batch.job import Job, Settings, canonical, decimal_text, problem_of, range_text
@@ -138,8 +138,8 @@ class MonteCarlo(Expansion):
         found: dict[str, Any] = {"lengths_m": [tuple(map(_decimal, bounds)) for bounds in self.lengths]}
         if "stiffness" in self.spreads:
             found["stiffness"] = [_decimal(k) for k in stiffness_of(self.robot)]
-        found["frame_anchors_m"] = [tuple(map(_decimal, c.frame_anchor)) for c in cables]
-        found["platform_anchors_m"] = [tuple(map(_decimal, c.platform_anchor)) for c in cables]
+        found["frame_anchors_m"] = [tuple(map(_decimal, exact_point(c.frame_anchor))) for c in cables]
+        found["platform_anchors_m"] = [tuple(map(_decimal, exact_point(c.platform_anchor))) for c in cables]
         return found
 
     def _lengths(self, generator: random.Random) -> list[str | list[str]]:
@@ -180,7 +180,7 @@ def stiffness_of(robot: Robot) -> list[Fraction]:
         k = cable.elasticity.stiffness
         given = cable.elasticity.axial_stiffness if k is None else k
         assert given is not None
-        found.append(given)
+        found.append(exact(given))
     return found
 
 

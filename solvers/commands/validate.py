@@ -8,9 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
-
-    from cdpr_interval.robots.cable_robot import Cable, Robot
+    from cdpr_interval.robots.cable_robot import Cable, Point, Robot, Scalar
 
 
 @click.command("validate", short_help="Read a robot file and print a summary, or every error.")
@@ -31,9 +29,9 @@ def _summary(robot: Robot) -> list[str]:
     cables = "mixed cables" if robot.is_mixed else "elastic" if robot.is_elastic else "inextensible"
     lines = [
         f"{robot.name}: valid, {kind} on {len(robot.cables)} cables, {cables}",
-        f"  mass {_number(robot.platform.mass)} kg",
-        f"  centre of mass {_vector(robot.platform.centre_of_mass)} m",
-        f"  gravity {_vector(robot.gravity)} m/s2",
+        f"  mass {_scalar(robot.platform.mass)} kg",
+        f"  centre of mass {_point(robot.platform.centre_of_mass)} m",
+        f"  gravity {_point(robot.gravity)} m/s2",
     ]
     if robot.source is not None:
         lines.append(f"  source: {robot.source}")
@@ -46,18 +44,24 @@ def _summary(robot: Robot) -> list[str]:
 
 
 def _cable(cable: Cable) -> str:
-    text = f"{cable.name}: from {_vector(cable.frame_anchor)} m to {_vector(cable.platform_anchor)} m"
+    text = f"{cable.name}: from {_point(cable.frame_anchor)} m to {_point(cable.platform_anchor)} m"
     if cable.elasticity is not None and cable.elasticity.stiffness is not None:
-        text += f", {_number(cable.elasticity.stiffness)} N/m"
+        text += f", {_scalar(cable.elasticity.stiffness)} N/m"
     elif cable.elasticity is not None and cable.elasticity.axial_stiffness is not None:
-        text += f", EA = {_number(cable.elasticity.axial_stiffness)} N"
+        text += f", EA = {_scalar(cable.elasticity.axial_stiffness)} N"
     if cable.tension_limits is not None:
         text += f", tension {_number(cable.tension_limits[0])} to {_number(cable.tension_limits[1])} N"
     return text
 
 
-def _vector(values: Iterable[Fraction]) -> str:
-    return "(" + ", ".join(_number(value) for value in values) + ")"
+def _point(values: Point) -> str:
+    return "(" + ", ".join(_scalar(value) for value in values) + ")"
+
+
+def _scalar(value: Scalar) -> str:
+    if isinstance(value, Fraction):
+        return _number(value)
+    return f"[{_number(value.lo)}, {_number(value.hi)}]"
 
 
 def _number(value: Fraction) -> str:

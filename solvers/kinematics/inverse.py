@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from cdpr_interval.errors import InputError, NotSupportedError
+from cdpr_interval.errors import InputError
 from cdpr_interval.kernels.nonnegative import nonnegative_least_squares, smallest_nonnegative_solution
 from cdpr_interval.mechanics.cables.law import law_of
 from cdpr_interval.mechanics.orientation import (
@@ -22,6 +22,7 @@ from cdpr_interval.robots.cable_robot import Robot
 from solvers.answers.inverse import IkQuestion, IkResult, Settling
 from solvers.answers.tool import this_tool
 from solvers.kinematics.settle import settle as settle_pose
+from solvers.questions.checked import require_treated, uncertain_data
 from solvers.questions.errors import InputErrors
 from solvers.questions.force import NO_LOAD, ZERO, read_force
 from solvers.questions.subset import read_subset
@@ -133,6 +134,7 @@ def answer_pose(
     NotSupportedError
         For a robot with uncertain scalars.
     """
+    require_treated(robot, uncertain_data(robot))
     errors = InputErrors()
     subset = None if taut is None else errors.read(read_subset, taut, robot.cable_names, label("taut"))
     force = ZERO if external_force is None else errors.read(read_force, external_force)
@@ -146,9 +148,6 @@ def answer_pose(
     if not model.load.any():
         errors.add(NO_LOAD)
     errors.require_none()
-    if robot.uncertain:
-        places = ", ".join(scalar.path for scalar in robot.uncertain)
-        raise NotSupportedError(f"robot '{robot.name}': uncertain scalars are not supported yet: {places}")
     if pose is None:
         return None
     assert force is not None

@@ -93,8 +93,7 @@ def subset_claim(
     problem: Problem, arrays: RobotArrays, lengths: Bounds, taut: tuple[int, ...]
 ) -> Claim | Undecided | None:
     """Return the pose the cables ``taut`` alone have with all tensions positive; None when there is none."""
-    anchors = [cable.frame_anchor for cable in problem.robot.cables]
-    if not problem.robot.is_elastic and dependent(anchors, taut, problem.load):
+    if not problem.robot.is_elastic and dependent(arrays.exits, taut, problem.load):
         # Such poses are those of smaller subsets, where these are looked at.
         return None if problem.taut is None else dependent_claim(problem, arrays, lengths, taut)
     exact = exact_pose_of(problem, taut)
@@ -162,7 +161,7 @@ def exact_corners(problem: Problem, taut: tuple[int, ...]) -> dict[tuple[int, ..
     lengths = exact_lengths(problem, taut)
     if lengths is None or problem.robot.is_elastic:
         return {}
-    anchors = [problem.robot.cables[i].frame_anchor for i in taut]
+    anchors = [problem.loaded.exits[i] for i in taut]
     fewer = (few for size in range(1, len(taut)) for few in combinations(range(len(taut)), size))
     found = corners(anchors, lengths, problem.load, fewer)
     return {tuple(taut[k] for k in few): pose for few, pose in found}
@@ -192,7 +191,7 @@ def exact_pose_of(problem: Problem, taut: tuple[int, ...]) -> ExactPose | None:
     """Return the subset's pose in exact arithmetic, for exact lengths of inextensible cables."""
     if not _is_exact(problem):
         return None
-    anchors = [problem.robot.cables[i].frame_anchor for i in taut]
+    anchors = [problem.loaded.exits[i] for i in taut]
     return exact_pose(anchors, [problem.lengths[i][0] for i in taut], problem.load)
 
 
@@ -223,7 +222,7 @@ def complete_claim(
             continue
         excess = 1 if distances[i, 0] > lengths[i, 1] else -1 if distances[i, 1] < lengths[i, 0] else None
         if excess is None and exact is not None:
-            excess = exact.excess(problem.robot.cables[i].frame_anchor, problem.lengths[i][0])
+            excess = exact.excess(problem.loaded.exits[i], problem.lengths[i][0])
         if excess is None:
             states[i] = OPEN
             respected = None if respected else respected
@@ -237,12 +236,11 @@ def all_distances(arrays: RobotArrays, position: Bounds) -> Bounds:
     from cdpr_interval.exact.enclosure import enclose
     from cdpr_interval.kernels.interval import add, sqr, sqrt, sub
 
-    centre = arrays.robot.platform.centre_of_mass
     rows = []
-    for cable in arrays.robot.cables:
+    for exit_point in arrays.exits:
         total = (0.0, 0.0)
         for j in range(3):
-            total = add(*total, *sqr(*sub(*position[j], *enclose(cable.frame_anchor[j] - centre[j]))))
+            total = add(*total, *sqr(*sub(*position[j], *enclose(exit_point[j] - arrays.centre[j]))))
         rows.append(sqrt(*total))
     return np.array(rows)
 
@@ -255,7 +253,7 @@ def merged_solutions(problem: Problem, claims: list[Claim], proof: Proof) -> Ite
         same = [first]
         if first.exact is not None:
             for other in list(left):
-                anchors = [problem.robot.cables[i].frame_anchor for i in other.taut]
+                anchors = [problem.loaded.exits[i] for i in other.taut]
                 sizes: list[Fraction] = [problem.lengths[i][0] for i in other.taut]
                 if _meet(first.fields.position, other.fields.position) and is_pose_of(
                     first.exact, anchors, sizes, problem.load

@@ -11,7 +11,7 @@ import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from functools import lru_cache
+from functools import cached_property, lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,7 +22,7 @@ from cdpr_interval.exact.irrational import root_bounds
 from cdpr_interval.exact.range import LengthRange
 from cdpr_interval.exact.vector import Vector
 from cdpr_interval.mechanics.loaded import MOST_KEPT, LoadedRobot
-from cdpr_interval.robots.cable_robot import Robot
+from cdpr_interval.robots.cable_robot import Robot, exact, exact_point
 from solvers.questions.problem import Problem
 
 NO_LOAD = "load: the weight and the external force cancel; without a load the pose is not determined"
@@ -57,6 +57,16 @@ class RobotArrays:
     def is_elastic(self) -> bool:
         """True when the cables stretch; they do all or none."""
         return self.robot.cables[0].elasticity is not None
+
+    @cached_property
+    def exits(self) -> tuple[Vector, ...]:
+        """A_i in m."""
+        return tuple(exact_point(cable.frame_anchor) for cable in self.robot.cables)
+
+    @cached_property
+    def centre(self) -> Vector:
+        """The centre of mass, and with it all platform anchors, in the platform frame, m."""
+        return exact_point(self.robot.platform.centre_of_mass)
 
 
 def power_of_two(size: Fraction | float) -> float:
@@ -100,14 +110,15 @@ def build_arrays(robot: Robot, load: Vector) -> RobotArrays:
     InputError
         The load is zero.
     NotSupportedError
-        Some cables stretch and others do not.
+        Some cables stretch and others do not, or a number is a range.
     """
     if not any(load):
         raise InputError(NO_LOAD)
     if robot.is_mixed:
         raise NotSupportedError("elastic and inextensible cables in one robot are not supported yet")
-    origin = robot.cables[0].frame_anchor
-    unit, anchors = _anchors(tuple(cable.frame_anchor for cable in robot.cables))
+    exits = tuple(exact_point(cable.frame_anchor) for cable in robot.cables)
+    origin = exits[0]
+    unit, anchors = _anchors(exits)
     force_unit = _force_unit(load)
     return RobotArrays(
         robot=robot,
@@ -120,7 +131,13 @@ def build_arrays(robot: Robot, load: Vector) -> RobotArrays:
         anchors=anchors,
         given=_given(robot, Fraction(unit), Fraction(force_unit)),
         load=_load_bounds(load, force_unit),
-        frame=_frame(origin, robot.platform.centre_of_mass, robot.gravity, unit, force_unit),
+        frame=_frame(
+            origin,
+            exact_point(robot.platform.centre_of_mass),
+            exact_point(robot.gravity),
+            unit,
+            force_unit,
+        ),
     )
 
 
@@ -133,8 +150,8 @@ def _anchors(anchors: tuple[Vector, ...]) -> tuple[float, Bounds]:
     """
     relative = [x - o for anchor in anchors for x, o in zip(anchor, anchors[0], strict=True)]
     unit = power_of_two(max(abs(x) for x in relative))
-    exact = Fraction(unit)
-    return unit, _bounds(x / exact for x in relative).reshape(-1, 3, 2)
+    scale = Fraction(unit)
+    return unit, _bounds(x / scale for x in relative).reshape(-1, 3, 2)
 
 
 @lru_cache(maxsize=MOST_KEPT)
@@ -155,10 +172,10 @@ def _given(robot: Robot, unit: Fraction, force_unit: Fraction) -> Bounds:
         if cable.elasticity is None:
             given.append(Fraction(0))
         elif cable.elasticity.stiffness is not None:
-            given.append(cable.elasticity.stiffness * unit / force_unit)
+            given.append(exact(cable.elasticity.stiffness) * unit / force_unit)
         else:
             assert cable.elasticity.axial_stiffness is not None
-            given.append(cable.elasticity.axial_stiffness / force_unit)
+            given.append(exact(cable.elasticity.axial_stiffness) / force_unit)
     return _bounds(given)
 
 
@@ -191,7 +208,7 @@ def robot_arrays(loaded: LoadedRobot) -> RobotArrays:
     InputError
         The load is zero.
     NotSupportedError
-        Some cables stretch and others do not.
+        Some cables stretch and others do not, or a number is a range.
     """
     return build_arrays(loaded.robot, loaded.load)
 

@@ -27,7 +27,7 @@ from solvers.point_mass.convex import NoPose, after_quick, quick_pose, settle
 from solvers.point_mass.entry import STATES, Fields
 from solvers.point_mass.fields import OPEN, SLACK, TAUT
 from solvers.point_mass.one_call import DECIDED
-from solvers.questions.checked import require_treated
+from solvers.questions.checked import require_treated, uncertain_data
 from solvers.questions.force import NO_LOAD, ZERO, read_force
 from solvers.questions.lengths import read_lengths
 from solvers.questions.quick import checked, force_key, quick_bounds
@@ -156,6 +156,8 @@ class PointMass:
     __slots__ = ("_arrays", "_forced", "_robot")
 
     def __init__(self, robot: Robot) -> None:
+        # First: with a range in an anchor it is not known to be a point mass.
+        require_treated(robot, uncertain_data(robot))
         if not scope.accepts(robot):
             raise InputError(f"robot '{robot.name}': must be a point mass, this is a platform")
         require_treated(robot, scope.refuses(robot))

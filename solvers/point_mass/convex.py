@@ -182,9 +182,8 @@ def empty_weights(arrays: RobotArrays, cables: Cables, lengths: Bounds) -> dict[
 
     A, _, _, _ = middles(cables, arrays.load)
     weights, _ = deepest_point(A, np.ascontiguousarray(cables[2][:, 1]))
-    anchors = [cable.frame_anchor for cable in arrays.robot.cables]
     longest = [Fraction(x) for x in lengths[:, 1].tolist()]
-    return weights if proves_empty(weights, anchors, longest) else None
+    return weights if proves_empty(weights, arrays.exits, longest) else None
 
 
 def _over_ranges(arrays: RobotArrays, lengths: Bounds) -> Finding:

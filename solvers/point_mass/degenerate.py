@@ -101,7 +101,7 @@ def _independent_subsets(arrays: RobotArrays, near: tuple[int, ...]) -> NDArray[
 
     Kept by robot and load: the exact test takes longer than all the rest of a solution.
     """
-    anchors = [cable.frame_anchor for cable in arrays.robot.cables]
+    anchors = arrays.exits
     rows = [
         (size, *taut, *[0] * (3 - size))
         for size in range(1, min(3, len(near)) + 1)
@@ -161,7 +161,7 @@ def tight_without_unique_tensions(
     arrays: RobotArrays, lengths: Sequence[Fraction], subsets: Sequence[tuple[int, ...]]
 ) -> list[int]:
     """Return the exactly tight cables where two of the subsets hold the load alone; empty elsewhere."""
-    anchors = [cable.frame_anchor for cable in arrays.robot.cables]
+    anchors = arrays.exits
     found = list(islice(corners(anchors, lengths, arrays.load_exact, subsets), 2))
     if len(found) < 2:
         return []

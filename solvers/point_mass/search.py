@@ -109,8 +109,7 @@ def _search_one(
     cables = select(everything, taut)
     rest = () if options.ignore_slack else tuple(i for i in range(len(lengths)) if i not in taut)
     others = select(everything, rest)
-    anchors = [cable.frame_anchor for cable in problem.robot.cables]
-    if not arrays.is_elastic and dependent(anchors, taut, arrays.load_exact):
+    if not arrays.is_elastic and dependent(arrays.exits, taut, arrays.load_exact):
         # No independent multipliers: such poses are those of smaller subsets, or convexity finds them.
         left = 0 if problem.taut is None else 1
         return SubsetSearch(taut, [], left, 0, 0, time.perf_counter() - start, Stop.EXHAUSTED)

@@ -59,9 +59,8 @@ def tensions_unique(arrays: RobotArrays, lengths: Bounds, tight: Sequence[int]) 
     """
     if arrays.is_elastic:
         return True
-    anchors = [cable.frame_anchor for cable in arrays.robot.cables]
     wide = ranged(lengths)
-    return not dependent(anchors, [i for i in tight if not wide[i]], arrays.load_exact)
+    return not dependent(arrays.exits, [i for i in tight if not wide[i]], arrays.load_exact)
 
 
 def just_switching(

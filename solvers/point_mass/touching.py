@@ -100,7 +100,7 @@ def settle_touching(
     None
         Nothing is decided.
     """
-    anchors = [cable.frame_anchor for cable in arrays.robot.cables]
+    anchors = arrays.exits
     deepest = deepest_exactly(anchors, lengths, _tried(cables))
     if deepest is None or deepest.power > 0:
         return deepest
@@ -172,8 +172,8 @@ def _hardly_overlapping(
     count = len(lengths)
     states, tension = np.full(count, SLACK, dtype=np.int64), np.zeros((count, 2))
     unit = Fraction(float(arrays.frame[1, 0]))
-    for i, (cable, length) in enumerate(zip(arrays.robot.cables, lengths, strict=True)):
-        power = _power(deepest.point, cable.frame_anchor, length)
+    for i, (exit_point, length) in enumerate(zip(arrays.exits, lengths, strict=True)):
+        power = _power(deepest.point, exit_point, length)
         # |p - A_i| <= |q - A_i| + r < l_i.
         room = length - radius
         if room > 0 and power + length**2 < room**2:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from cdpr_interval.exact.enclosure import Bounds
-from cdpr_interval.robots.cable_robot import Robot
+from cdpr_interval.robots.cable_robot import Robot, exact, exact_point
 from certificates.apart import meeting
 from certificates.problem import FORMAT
 from solvers.answers.data import Family, Solution
@@ -134,8 +134,8 @@ def robot_document(robot: Robot) -> Json:
     for cable in robot.cables:
         document: Json = {
             "name": cable.name,
-            "frame_anchor_m": vector(cable.frame_anchor),
-            "platform_anchor_m": vector(cable.platform_anchor),
+            "frame_anchor_m": vector(exact_point(cable.frame_anchor)),
+            "platform_anchor_m": vector(exact_point(cable.platform_anchor)),
         }
         if cable.elasticity is not None:
             for key, value in (
@@ -143,14 +143,14 @@ def robot_document(robot: Robot) -> Json:
                 ("axial_stiffness_N", cable.elasticity.axial_stiffness),
             ):
                 if value is not None:
-                    document[key] = exact_text(value)
+                    document[key] = exact_text(exact(value))
         cables.append(document)
     return {
         "name": robot.name,
         "sha256": robot.sha256,
-        "gravity_m_s2": vector(robot.gravity),
-        "mass_kg": exact_text(robot.platform.mass),
-        "centre_of_mass_m": vector(robot.platform.centre_of_mass),
+        "gravity_m_s2": vector(exact_point(robot.gravity)),
+        "mass_kg": exact_text(exact(robot.platform.mass)),
+        "centre_of_mass_m": vector(exact_point(robot.platform.centre_of_mass)),
         "cables": cables,
     }
 

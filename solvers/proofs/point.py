@@ -17,7 +17,7 @@ from flint import arb, arb_mat, ctx, fmpq
 
 from cdpr_interval.exact.enclosure import Bounds, length_bounds
 from cdpr_interval.mechanics.loaded import loaded
-from cdpr_interval.robots.cable_robot import Cable, Platform, Robot
+from cdpr_interval.robots.cable_robot import Cable, Platform, Robot, exact
 from certificates import newton
 from certificates.arithmetic.balls import BITS, column, minus
 from certificates.families import check_one_point_family
@@ -148,8 +148,8 @@ class Writer:
     def finding(self, question: Question) -> Fields | NoPose | Unproved:
         """Return what the solver says of the cables."""
         ranges = [question.lengths[i] for i in self.cables]
-        exact = [fraction(lo) for lo, _ in ranges] if all(lo == hi for lo, hi in ranges) else None
-        return find_pose(self.arrays, self.bounds(question), exact)
+        lengths = [fraction(lo) for lo, _ in ranges] if all(lo == hi for lo, hi in ranges) else None
+        return find_pose(self.arrays, self.bounds(question), lengths)
 
     def proof(
         self, question: Question, accepts: Callable[[Question, Json], bool], pieces: list[int]
@@ -185,7 +185,7 @@ class Writer:
             yield {"kind": "dependent"}
         if isinstance(finding, Unproved):
             return
-        start = middles(finding.position) + [float(x) for x in self.arrays.robot.platform.centre_of_mass]
+        start = middles(finding.position) + [float(x) for x in self.arrays.centre]
         densities = middles(finding.tensions) / middles(finding.distances)
         elastic = question.stiffness[self.cables[0]] is not None
         numbers = [text(x) for x in [*start.tolist(), *densities.tolist()]]
@@ -236,7 +236,7 @@ class Writer:
 
     def inside(self, question: Question, point: list[fmpq]) -> list[fmpq] | None:
         """Return a point near the given one that is strictly inside all balls."""
-        exits = np.array([[float(x) for x in c.frame_anchor] for c in self.arrays.robot.cables])
+        exits = np.array([[float(x) for x in a] for a in self.arrays.exits])
         shortest = [question.lengths[i][0] for i in self.cables]
         _, deep = deepest_point(exits, np.array([float(fraction(x)) for x in shortest]))
         towards = [fmpq(*float(d).as_integer_ratio()) - p for d, p in zip(deep, point, strict=True)]
@@ -334,27 +334,27 @@ def certificate_question(problem: Problem, options: Options) -> Question:
         if elasticity is None:
             stiffness.append(None)
         elif elasticity.stiffness is not None:
-            stiffness.append((exact(elasticity.stiffness), False))
+            stiffness.append((ratio(exact(elasticity.stiffness)), False))
         else:
             assert elasticity.axial_stiffness is not None
-            stiffness.append((exact(elasticity.axial_stiffness), True))
+            stiffness.append((ratio(exact(elasticity.axial_stiffness)), True))
     return Question(
         names=robot.cable_names,
-        exits=[[exact(x) for x in c.frame_anchor] for c in robot.cables],
-        points=[[exact(x) for x in b] for b in problem.loaded.arms],
-        centre=[exact(x) for x in robot.platform.centre_of_mass],
-        lengths=[(exact(lo), exact(hi)) for lo, hi in problem.lengths],
+        exits=[[ratio(x) for x in a] for a in problem.loaded.exits],
+        points=[[ratio(x) for x in b] for b in problem.loaded.arms],
+        centre=[ratio(x) for x in problem.loaded.centre],
+        lengths=[(ratio(lo), ratio(hi)) for lo, hi in problem.lengths],
         stiffness=stiffness,
-        mass=exact(robot.platform.mass),
-        gravity=[exact(x) for x in robot.gravity],
-        load=[exact(x) for x in problem.load],
+        mass=ratio(exact(robot.platform.mass)),
+        gravity=[ratio(x) for x in problem.loaded.gravity],
+        load=[ratio(x) for x in problem.load],
         taut=problem.taut,
         ignore_slack=options.ignore_slack,
         ignore_tension_sign=options.ignore_tension_sign,
     )
 
 
-def exact(x: Fraction) -> fmpq:
+def ratio(x: Fraction) -> fmpq:
     """Return the same number."""
     return fmpq(x.numerator, x.denominator)
 

@@ -1,4 +1,7 @@
-"""A robot in one pose as points and lines to draw; plain floats, nothing certified."""
+"""A robot in one pose as points and lines to draw; plain floats, nothing certified.
+
+Of a number that the robot has as a range the middle is drawn.
+"""
 
 from __future__ import annotations
 
@@ -10,9 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cdpr_interval.exact.enclosure import Bounds
-from cdpr_interval.exact.vector import Vector
+from cdpr_interval.exact.range import Range
 from cdpr_interval.mechanics.orientation import rotation_from_quaternion
-from cdpr_interval.robots.cable_robot import Robot
+from cdpr_interval.robots.cable_robot import Point, Robot
 from solvers.answers.data import CableState, Solution
 
 Points = NDArray[np.float64]
@@ -150,8 +153,9 @@ def hull(scenes: Sequence[Scene], robot: Robot) -> tuple[Points, Points]:
     return everything.min(axis=0), everything.max(axis=0)
 
 
-def _floats(vector: Vector) -> Points:
-    return np.array([float(x) for x in vector])
+def _floats(point: Point) -> Points:
+    """Return the doubles next to a point, (3,); of a range its middle."""
+    return np.array([float(x.mid if isinstance(x, Range) else x) for x in point])
 
 
 def _range(bounds: Bounds, unit: str) -> str:

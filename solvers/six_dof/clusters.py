@@ -122,11 +122,10 @@ def reachable_box(problem: Problem, taut: tuple[int, ...]) -> Floats:
     """Return bounds (3, 2) of the platform origin over all poses the taut cables allow."""
     box = np.array([[-np.inf, np.inf]] * 3)
     for i in taut:
-        cable = problem.robot.cables[i]
-        arm = balls.norm(balls.fractions(cable.platform_anchor))
+        arm = balls.norm(balls.fractions(problem.loaded.anchors[i]))
         reach = balls.from_fraction(problem.lengths[i][1]) + arm
         for k in range(3):
-            a = balls.from_fraction(cable.frame_anchor[k])
+            a = balls.from_fraction(problem.loaded.exits[i][k])
             box[k, 0] = max(box[k, 0], balls.to_bounds(a - reach)[0])
             box[k, 1] = min(box[k, 1], balls.to_bounds(a + reach)[1])
     return np.sort(box, axis=1)

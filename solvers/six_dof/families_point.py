@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from fractions import Fraction
 
 import numpy as np
 from flint import arb, arb_mat
@@ -21,8 +22,7 @@ def point_solution(problem: Problem, options: Options, taut: tuple[int, ...]) ->
 
     None: proved that there is no such place. A string: why it could not be decided.
     """
-    zero = problem.robot.gravity[0] * 0
-    origin: Vector = (zero, zero, zero)
+    origin = (Fraction(0), Fraction(0), Fraction(0))
     cables = tuple(
         Cable(problem.robot.cables[i].name, problem.robot.cables[i].frame_anchor, origin) for i in taut
     )

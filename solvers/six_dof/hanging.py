@@ -32,7 +32,7 @@ def hangs_by_centre(problem: Problem, taut: Sequence[int], pose: Pose) -> bool:
     moments = []
     for i in outer:
         arm = pose.rotation * balls.fractions(problem.loaded.arms[i])
-        moments.append(balls.cross(arm, balls.fractions(problem.robot.cables[i].frame_anchor) - pose.centre))
+        moments.append(balls.cross(arm, balls.fractions(problem.loaded.exits[i]) - pose.centre))
     if len(outer) == 1:
         return any(not x.contains(0) for x in balls.entries(moments[0]))
     normal = balls.cross(moments[0], moments[1])
@@ -49,7 +49,7 @@ def slack_rotation(problem: Problem, centre: arb_mat, cables: Sequence[int]) -> 
     Guarantee: with a = A - p a cable is at most l long where a . R b >= (|a|^2 + |b|^2 - l^2) / 2. Rotations
     R(u), R(v) differ by an angle of at most 2 |u - v|, so a . R b by at most that times |a| |b|.
     """
-    spokes = [balls.fractions(problem.robot.cables[j].frame_anchor) - centre for j in cables]
+    spokes = [balls.fractions(problem.loaded.exits[j]) - centre for j in cables]
     arms = [balls.fractions(problem.loaded.arms[j]) for j in cables]
     most = [balls.from_fraction(problem.lengths[j][1]) for j in cables]
     least = [
@@ -104,5 +104,5 @@ def rotation_of(cell: Floats) -> arb_mat:
 def is_slack_at(problem: Problem, centre: arb_mat, rotation: arb_mat, j: int) -> bool:
     """Return True where a cable is proved slack."""
     point = centre + rotation * balls.fractions(problem.loaded.arms[j])
-    distance = balls.norm(balls.fractions(problem.robot.cables[j].frame_anchor) - point)
+    distance = balls.norm(balls.fractions(problem.loaded.exits[j]) - point)
     return bool(distance < balls.from_fraction(problem.lengths[j][0]))

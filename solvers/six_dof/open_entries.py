@@ -182,7 +182,7 @@ def rotation_of(entry: Solution | Undecided) -> arb_mat:
 def centre_of(problem: Problem, entry: Solution | Undecided) -> arb_mat:
     """Return an entry's centre of mass as balls, (3, 1)."""
     origin = balls.vector([balls.from_bounds(*pair) for pair in entry.position.tolist()])
-    return origin + rotation_of(entry) * balls.fractions(problem.robot.platform.centre_of_mass)
+    return origin + rotation_of(entry) * balls.fractions(problem.loaded.centre)
 
 
 Entry = TypeVar("Entry", Solution, Undecided)
@@ -210,15 +210,14 @@ def neighbourhood(problem: Problem, entry: Solution, reach: float) -> Neighbourh
     """Return the neighbourhood of an entry; None for a family whose turning changes any cable's distance."""
     rotation = exact_rotation(entry.nominal.quaternion_wxyz)
     origin = balls.vector([arb(x) for x in entry.nominal.position])
-    centre = origin + rotation * balls.fractions(problem.robot.platform.centre_of_mass)
+    centre = origin + rotation * balls.fractions(problem.loaded.centre)
     pose = Pose(rotation, centre, ())
     size = platform_size(problem)
     if entry.family is None:
         return Neighbourhood(problem, pose, reach, size)
     if entry.family.kind != "rotation":
         return None
-    exits = [cable.frame_anchor for cable in problem.robot.cables]
-    points = problem.loaded.arms
+    exits, points = problem.loaded.exits, problem.loaded.arms
     if all(is_zero(cross(minus(a, exits[0]), problem.load)) for a in exits):
         return Neighbourhood(problem, pose, reach, size, upward(problem.load))
     if all(b == points[0] for b in points):

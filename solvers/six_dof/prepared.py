@@ -27,14 +27,13 @@ SUBSETS = 4096
 @lru_cache(maxsize=MOST_KEPT)
 def cables_of(loaded: LoadedRobot) -> Cables:
     """Return the arrays of the compiled reports."""
-    robot = loaded.robot
     with balls.precision():
-        g = balls.fractions(robot.gravity)
+        g = balls.fractions(loaded.gravity)
         up = balls.bounds_array(g * (-1 / balls.norm(g)))
     return Cables(
         exits=np.array([column(a) for a in loaded.exits]),
         arms=np.array([column(b) for b in loaded.arms]),
-        centre=column(robot.platform.centre_of_mass),
+        centre=column(loaded.centre),
         up=up.reshape(1, 3, 2),
         load=column(loaded.load),
     )

@@ -34,8 +34,8 @@ def reach_message(problem: Problem, ignore_slack: bool = False) -> str:
 def too_far(problem: Problem, i: int, j: int) -> bool:
     """Return True when |A_i - A_j| > l_i + l_j + |B_i - B_j| is proved."""
     with balls.precision():
-        a, b = problem.robot.cables[i], problem.robot.cables[j]
-        gap = balls.norm(balls.fractions(a.frame_anchor) - balls.fractions(b.frame_anchor))
-        span = balls.norm(balls.fractions(a.platform_anchor) - balls.fractions(b.platform_anchor))
+        exits, anchors = problem.loaded.exits, problem.loaded.anchors
+        gap = balls.norm(balls.fractions(exits[i]) - balls.fractions(exits[j]))
+        span = balls.norm(balls.fractions(anchors[i]) - balls.fractions(anchors[j]))
         reach = balls.from_fraction(problem.lengths[i][1] + problem.lengths[j][1])
         return bool(gap > reach + span)

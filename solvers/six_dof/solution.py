@@ -15,7 +15,7 @@ from cdpr_interval.mechanics.orientation import quaternion_from_rotation, rpy_fr
 from cdpr_interval.mechanics.six_dof.fields import OPEN, STABLE, Cables, Fields, fill_fields
 from cdpr_interval.mechanics.six_dof.frame import Frame, Pose
 from cdpr_interval.mechanics.stability import Stability
-from cdpr_interval.robots.cable_robot import Robot
+from cdpr_interval.robots.cable_robot import Robot, exact_point
 from solvers.answers.data import CableState, Family, Nominal, Proof, Solution
 from solvers.questions.problem import Options, Problem
 from solvers.six_dof.prepared import Lengths
@@ -36,9 +36,9 @@ class Geometry:
 def geometry(problem: Problem, pose: Pose) -> Geometry:
     """Compute arms, spokes and distances of all cables."""
     arms, spokes, distances = [], [], []
-    for cable, b in zip(problem.robot.cables, problem.loaded.arms, strict=True):
+    for a, b in zip(problem.loaded.exits, problem.loaded.arms, strict=True):
         r = pose.rotation * balls.fractions(b)
-        e = balls.fractions(cable.frame_anchor) - pose.centre - r
+        e = balls.fractions(a) - pose.centre - r
         arms.append(r)
         spokes.append(e)
         distances.append(balls.norm(e))
@@ -237,12 +237,12 @@ def is_slack(problem: Problem, view: Geometry, i: int) -> bool | None:
 
 def origin(robot: Robot, pose: Pose) -> arb_mat:
     """Return the platform origin in the base frame."""
-    return pose.centre - pose.rotation * balls.fractions(robot.platform.centre_of_mass)
+    return pose.centre - pose.rotation * balls.fractions(exact_point(robot.platform.centre_of_mass))
 
 
 def height(robot: Robot, centre: arb_mat) -> Floats:
     """Return the bounds of the centre of mass's height along up (against gravity)."""
-    g = balls.fractions(robot.gravity)
+    g = balls.fractions(exact_point(robot.gravity))
     return np.array(balls.to_bounds(balls.dot(centre, g) * (-1 / balls.norm(g))))
 
 

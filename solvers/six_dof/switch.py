@@ -107,7 +107,7 @@ def model_of(problem: Problem, cables: tuple[int, ...]) -> Model:
     """Return the arrays of some cables, all of them taut."""
     frame = Frame.plain()
     return build_model(
-        [frame.anchor(problem.robot.cables[i].frame_anchor) for i in cables],
+        [frame.anchor(problem.loaded.exits[i]) for i in cables],
         [frame.point(problem.loaded.arms[i]) for i in cables],
         [Range(*problem.lengths[i]) for i in cables],
         frame.force(problem.load),

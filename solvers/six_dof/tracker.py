@@ -27,7 +27,7 @@ from cdpr_interval.mechanics.stability import Stability
 from cdpr_interval.robots.cable_robot import Robot
 from solvers.answers.data import Outcome, Solution
 from solvers.answers.message import message_of
-from solvers.questions.checked import require_treated
+from solvers.questions.checked import require_treated, uncertain_data
 from solvers.questions.force import NO_LOAD, ZERO, read_force
 from solvers.questions.lengths import read_lengths
 from solvers.questions.problem import Options, Problem
@@ -134,6 +134,7 @@ class Tracker:
         radius: float | None = None,
         least_radius: float | None = None,
     ) -> None:
+        require_treated(robot, uncertain_data(robot))
         if not scope.accepts(robot):
             raise InputError(f"robot '{robot.name}': is a point mass; use PointMass, it needs no start")
         require_treated(robot, scope.refuses(robot))
@@ -180,7 +181,7 @@ class Tracker:
         z = np.zeros(6 + n)
         chart, u = chart_of(start.nominal.quaternion_wxyz)
         z[:3] = u
-        centre = np.array([float(x) for x in self._robot.platform.centre_of_mass])
+        centre = np.array([float(x) for x in loaded(self._robot).centre])
         z[3:6] = np.array(start.nominal.position) + start.rotation.mean(axis=-1) @ centre
         if n < FULL_SYSTEM:
             taut = list(start.taut)

@@ -56,7 +56,7 @@ def axes_of(problem: Problem, taut: tuple[int, ...], kind: Classification, pose:
         b = balls.fractions(problem.loaded.arms[taut[0]])
         found.append(Axis(pose.centre + pose.rotation * b, up))
     if kind.vertical:
-        found.append(Axis(balls.fractions(problem.robot.cables[taut[0]].frame_anchor), up))
+        found.append(Axis(balls.fractions(problem.loaded.exits[taut[0]]), up))
     if kind.rod:
         b = next(v for v in (problem.loaded.arms[i] for i in taut) if any(v))
         direction = balls.fractions(b)
@@ -67,14 +67,14 @@ def axes_of(problem: Problem, taut: tuple[int, ...], kind: Classification, pose:
 def circles(problem: Problem, taut: tuple[int, ...], pose: Pose, axis: Axis) -> list[Circle]:
     """Return the squared distances of all other cables when the pose turns about the axis."""
     found = []
-    for j, cable in enumerate(problem.robot.cables):
+    for j, exit_point in enumerate(problem.loaded.exits):
         if j in taut:
             continue
         point = pose.centre + pose.rotation * balls.fractions(problem.loaded.arms[j])
         found.append(
             circle(
                 j,
-                balls.fractions(cable.frame_anchor),
+                balls.fractions(exit_point),
                 point,
                 axis.point,
                 axis.direction,
@@ -216,10 +216,10 @@ def free_turning_solution(
     It is listed at the identity, or where that leaves a cable too short at another rotation.
     """
     states: dict[int, bool | None] = {}
-    for j, cable in enumerate(problem.robot.cables):
+    for j, exit_point in enumerate(problem.loaded.exits):
         if j in taut:
             continue
-        far = balls.norm(balls.fractions(cable.frame_anchor) - pose.centre)
+        far = balls.norm(balls.fractions(exit_point) - pose.centre)
         arm = balls.norm(balls.fractions(problem.loaded.arms[j]))
         length = length_ball(problem, j)
         # With slackness ignored all rotations are listed, and one at which a cable is too long says so.

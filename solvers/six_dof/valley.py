@@ -151,7 +151,7 @@ class Neighbourhood:
     def point_of(self, rotation: arb_mat, centre: arb_mat) -> arb_mat:
         """Return a point of a pose's axis."""
         if self.pivot is None:
-            return balls.fractions(self.problem.robot.cables[0].frame_anchor)
+            return balls.fractions(self.problem.loaded.exits[0])
         return centre + rotation * self.pivot
 
 

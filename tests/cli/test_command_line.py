@@ -391,6 +391,24 @@ def test_validate(hanging, tmp_path):
     assert (result.exit_code, result.stdout, len(lines(result))) == (2, "", 2)
 
 
+def test_validate_shows_ranges_as_ranges(tmp_path):
+    vague = tmp_path / "vague.yaml"
+    text = hanging_mass.TEXT.replace("mass_kg: 10", "mass_kg: {value: 10, tolerance: 0.5}")
+    vague.write_text(text.replace("[4, 0, 0]", "[4, [0, 0.25], 0]"), encoding="utf-8")
+    result = run("validate", vague)
+    assert (result.exit_code, result.stdout) == (
+        0,
+        "hanging: valid, point mass on 2 cables, inextensible\n"
+        "  mass [9.5, 10.5] kg\n"
+        "  centre of mass (0, 0, 0) m\n"
+        "  gravity (0, 0, -9.81) m/s2\n"
+        "  c1: from (0, 0, 0) m to (0, 0, 0) m\n"
+        "  c2: from (4, [0, 0.25], 0) m to (0, 0, 0) m\n"
+        "  uncertain: platform.mass_kg in [9.5, 10.5]\n"
+        "  uncertain: cables[1].frame_anchor_m[1] in [0, 0.25]\n",
+    )
+
+
 @pytest.mark.parametrize("name", ["cogiro", "merlet_4_1_k100"])
 def test_validate_shipped_robots(name):
     result = run("validate", name)

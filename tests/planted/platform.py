@@ -18,7 +18,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 
-from cdpr_interval.robots.cable_robot import Cable, Platform, Robot
+from cdpr_interval.robots.cable_robot import Cable, Platform, Robot, exact, exact_point
 from tests.planted.rational import (
     Matrix,
     Vector,
@@ -62,7 +62,8 @@ class Planted:
     @property
     def load(self) -> Vector:
         """The force on the platform, N, base axes."""
-        return combine((self.robot.platform.mass, self.robot.gravity), (1, self.external_force))
+        mass, gravity = exact(self.robot.platform.mass), exact_point(self.robot.gravity)
+        return combine((mass, gravity), (1, self.external_force))
 
 
 @dataclass(frozen=True)

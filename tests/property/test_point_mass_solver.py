@@ -15,8 +15,9 @@ import numpy as np
 import pytest
 
 from cdpr_interval import InputError, NotSupportedError, load_robot
+from cdpr_interval.exact.range import Range
 from cdpr_interval.mechanics.loaded import MOST_KEPT, loaded
-from cdpr_interval.robots.cable_robot import Cable, Elasticity, Platform, Robot, Uncertain
+from cdpr_interval.robots.cable_robot import Cable, Elasticity, Platform, Robot
 from solvers import PointMass, PoseStatus, forward_kinematics
 from solvers.answers.data import CableState, Outcome
 from solvers.answers.result import Result
@@ -211,7 +212,7 @@ def test_robots_it_cannot_treat() -> None:
     with pytest.raises(NotSupportedError, match="elastic and inextensible"):
         PointMass(mixed)
     plain = robot(SQUARE)
-    vague = Robot("vague", plain.platform, plain.cables, uncertain=(Uncertain("x", ORIGIN[0], ORIGIN[0]),))
+    vague = Robot("vague", Platform(Range(Fraction(1), Fraction(2))), plain.cables)
     with pytest.raises(NotSupportedError, match="uncertain"):
         PointMass(vague)
 

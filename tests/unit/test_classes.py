@@ -9,7 +9,7 @@ import pytest
 
 from cdpr_interval import load_robot
 from cdpr_interval.errors import NotSupportedError
-from cdpr_interval.robots.cable_robot import Uncertain
+from cdpr_interval.exact.range import Range
 from solvers import Outcome, StopReason, forward_kinematics
 from solvers.classes import CLASSES, RobotClass, class_of, require_supported
 
@@ -31,8 +31,9 @@ class TestClass:
 
     def test_it_refuses_a_range_in_the_data(self, kind: RobotClass) -> None:
         robot = load_robot(ROBOTS[kind.name][0])
-        vague = replace(robot, uncertain=(Uncertain("platform.mass_kg", Fraction(1), Fraction(2)),))
-        with pytest.raises(NotSupportedError, match="uncertain scalars"):
+        vague = replace(robot, platform=replace(robot.platform, mass=Range(Fraction(1), Fraction(2))))
+        assert kind.accepts(vague)
+        with pytest.raises(NotSupportedError, match=r"uncertain scalars .* platform\.mass_kg$"):
             require_supported(vague)
 
     def test_a_budget_that_ends_is_no_proof(self, kind: RobotClass) -> None:

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from cdpr_interval import InputError, NotSupportedError, load_robot
+from cdpr_interval.exact.range import Range
 from cdpr_interval.kernels.nonnegative import nonnegative_least_squares, smallest_nonnegative_solution
 from cdpr_interval.mechanics.orientation import (
     quaternion_from_rotation,
@@ -18,7 +19,7 @@ from cdpr_interval.mechanics.orientation import (
     vector_from_rotation,
 )
 from cdpr_interval.mechanics.statics import Pose, static_model
-from cdpr_interval.robots.cable_robot import Elasticity, Uncertain
+from cdpr_interval.robots.cable_robot import Elasticity
 from solvers import IkResult, inverse_kinematics
 from solvers.questions.pose import read_pose
 
@@ -270,6 +271,7 @@ def test_a_point_mass_has_no_orientation():
 
 
 def test_uncertain_robots_are_refused():
-    robot = replace(load_robot("uc3"), uncertain=(Uncertain("platform.mass_kg", F(1), F(2)),))
+    robot = load_robot("uc3")
+    robot = replace(robot, platform=replace(robot.platform, mass=Range(F(1), F(2))))
     with pytest.raises(NotSupportedError, match="not supported yet"):
         inverse_kinematics(robot, (1, 2, -3))

@@ -6,6 +6,7 @@ from fractions import Fraction
 import pytest
 
 from cdpr_interval import InputError, load_robot
+from cdpr_interval.exact.range import Range
 from cdpr_interval.robots.cable_robot import Uncertain
 from cdpr_interval.robots.formats.reader import parse_robot, shipped_robots
 
@@ -95,10 +96,10 @@ def test_a_number_is_the_exact_decimal(literal: str, value: Fraction):
     assert parse_robot(small(x=literal)).cables[0].frame_anchor[0] == value
 
 
-def test_uncertain_scalars_are_midpoints_and_listed():
+def test_uncertain_scalars_stay_ranges_and_are_listed():
     robot = parse_robot(small(mass="{value: 2.0, tolerance: 0.001}", x="[0.1, 0.2]"))
-    assert robot.platform.mass == 2
-    assert robot.cables[0].frame_anchor[0] == Fraction(3, 20)
+    assert robot.platform.mass == Range(Fraction("1.999"), Fraction("2.001"))
+    assert robot.cables[0].frame_anchor[0] == Range(Fraction(1, 10), Fraction(1, 5))
     assert robot.uncertain == (
         Uncertain("platform.mass_kg", Fraction("1.999"), Fraction("2.001")),
         Uncertain("cables[0].frame_anchor_m[0]", Fraction(1, 10), Fraction(1, 5)),
@@ -108,6 +109,7 @@ def test_uncertain_scalars_are_midpoints_and_listed():
 def test_a_range_without_width_is_exact():
     robot = parse_robot(small(mass="{value: 2, tolerance: 0}", x="[1, 1.0]"))
     assert robot.uncertain == ()
+    assert (robot.platform.mass, robot.cables[0].frame_anchor[0]) == (Fraction(2), Fraction(1))
 
 
 def test_json_with_tabs_keeps_exact_literals():

@@ -15,7 +15,7 @@ from cdpr_interval import load_robot
 from cdpr_interval.errors import InputError, NotSupportedError
 from cdpr_interval.mechanics.orientation import rotation_from_quaternion
 from cdpr_interval.mechanics.stability import Stability
-from cdpr_interval.robots.cable_robot import Robot
+from cdpr_interval.robots.cable_robot import Elasticity, Robot
 from solvers import forward_kinematics, inverse_kinematics
 from solvers.answers.data import Answer, CableState, Certainty, Family, Solution
 from solvers.answers.result import Result
@@ -210,7 +210,8 @@ def test_wrong_lengths_are_refused_and_change_nothing(case: int, known: bool) ->
 def test_robots_that_are_refused() -> None:
     assert "is a point mass; use PointMass" in refused(hanging_mass.robot())
     robot = uc4()[0]
-    elastic = replace(robot, cables=tuple(replace(c, elasticity=Fraction(1000)) for c in robot.cables))
+    spring = Elasticity(stiffness=Fraction(1000))
+    elastic = replace(robot, cables=tuple(replace(c, elasticity=spring) for c in robot.cables))
     with pytest.raises(NotSupportedError, match="elastic"):
         Tracker(elastic)
 

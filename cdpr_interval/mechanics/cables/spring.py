@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
-from cdpr_interval.robots.cable_robot import Cable
+from cdpr_interval.robots.cable_robot import Cable, exact
 
 
 @dataclass(frozen=True)
@@ -45,7 +45,7 @@ class Spring:
     def of(cable: Cable) -> Spring | None:
         """Return the law of a cable whose spring constant is given."""
         given = None if cable.elasticity is None else cable.elasticity.stiffness
-        return None if given is None else Spring(given)
+        return None if given is None else Spring(exact(given))
 
     def stretch(self, length: Any, tension: Any, number: Callable[[Fraction], Any]) -> Any:
         """Return tension / k."""
@@ -70,10 +70,8 @@ class AxialSpring:
     @staticmethod
     def of(cable: Cable) -> AxialSpring | None:
         """Return the law of a cable whose axial stiffness is given."""
-        spring = cable.elasticity
-        return (
-            None if spring is None or spring.axial_stiffness is None else AxialSpring(spring.axial_stiffness)
-        )
+        given = None if cable.elasticity is None else cable.elasticity.axial_stiffness
+        return None if given is None else AxialSpring(exact(given))
 
     def stretch(self, length: Any, tension: Any, number: Callable[[Fraction], Any]) -> Any:
         """Return length tension / EA."""

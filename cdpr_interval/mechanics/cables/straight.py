@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from cdpr_interval.exact.vector import Vector
-from cdpr_interval.robots.cable_robot import Cable
+from cdpr_interval.robots.cable_robot import Cable, exact_point
 
 
 @dataclass(frozen=True)
@@ -17,7 +17,7 @@ class FixedExit:
     @staticmethod
     def of(cable: Cable) -> FixedExit:
         """Return the route of a cable: all exit points are fixed."""
-        return FixedExit(cable.frame_anchor)
+        return FixedExit(exact_point(cable.frame_anchor))
 
     def exit(self) -> Vector:
         """Return the exit point."""

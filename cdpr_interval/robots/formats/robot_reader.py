@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from fractions import Fraction
 from typing import Any
 
-from cdpr_interval.exact.vector import Vector
+from cdpr_interval.exact.range import Range
 from cdpr_interval.files.document import Document, child
 from cdpr_interval.files.fields import SHAPES, bounds
 from cdpr_interval.files.literal import quote
 from cdpr_interval.files.validation import Models
-from cdpr_interval.robots.cable_robot import Cable, Elasticity, Platform, Robot, Uncertain
+from cdpr_interval.robots.cable_robot import Cable, Elasticity, Platform, Point, Robot, Scalar
 from cdpr_interval.robots.formats import schema
 from cdpr_interval.robots.winch import Winch
 
@@ -22,7 +21,7 @@ def robot(document: Document) -> Robot:
     """Check the tree against the schema and build the robot, or raise with every error."""
     _check_names(document)
     _check_winches(document)
-    return _Builder(document.sha256).robot(_models(document).validated(document))
+    return _robot(_models(document).validated(document), document.sha256)
 
 
 def _models(document: Document) -> Models[schema.RobotBlock]:
@@ -70,70 +69,58 @@ def _check_winches(document: Document) -> None:
             document.report(node, f"{path}.node", f"{node.literal} is the node of cables[{other}] already")
 
 
-class _Builder:
-    """Turns validated blocks into the frozen model, collecting the uncertain scalars."""
+def _robot(block: schema.RobotBlock, sha256: str) -> Robot:
+    """Return the robot of validated blocks; absent keys take the model's defaults."""
+    given: dict[str, Any] = {}
+    if block.gravity_m_s2 is not None:
+        given["gravity"] = _point(block.gravity_m_s2)
+    if getattr(block, "winches", None) is not None:
+        from cdpr_interval.robots.formats.winch_reader import settings
 
-    def __init__(self, sha256: str) -> None:
-        self._sha256 = sha256
-        self._uncertain: list[Uncertain] = []
+        given["winches"] = settings(block.winches)  # type: ignore[attr-defined]
+    cables = tuple(_cable(cable) for cable in block.cables)
+    return Robot(block.name, _platform(block.platform), cables, source=block.source, sha256=sha256, **given)
 
-    def robot(self, block: schema.RobotBlock) -> Robot:
-        """Return the robot; absent keys take the model's defaults."""
-        given: dict[str, Any] = {}
-        if block.gravity_m_s2 is not None:
-            given["gravity"] = self._vector(block.gravity_m_s2, "gravity_m_s2")
-        if getattr(block, "winches", None) is not None:
-            from cdpr_interval.robots.formats.winch_reader import settings
 
-            given["winches"] = settings(block.winches)  # type: ignore[attr-defined]
-        platform = self._platform(block.platform)
-        cables = tuple(self._cable(cable, child("cables", i)) for i, cable in enumerate(block.cables))
-        return Robot(
-            block.name,
-            platform,
-            cables,
-            source=block.source,
-            sha256=self._sha256,
-            uncertain=tuple(self._uncertain),
-            **given,
-        )
+def _platform(block: schema.PlatformBlock) -> Platform:
+    mass = _scalar(block.mass_kg)
+    return (
+        Platform(mass) if block.centre_of_mass_m is None else Platform(mass, _point(block.centre_of_mass_m))
+    )
 
-    def _platform(self, block: schema.PlatformBlock) -> Platform:
-        mass = self._scalar(block.mass_kg, "platform.mass_kg")
-        if block.centre_of_mass_m is None:
-            return Platform(mass)
-        return Platform(mass, self._vector(block.centre_of_mass_m, "platform.centre_of_mass_m"))
 
-    def _cable(self, block: schema.CableBlock, path: str) -> Cable:
-        return Cable(
-            block.name,
-            self._vector(block.frame_anchor_m, f"{path}.frame_anchor_m"),
-            self._vector(block.platform_anchor_m, f"{path}.platform_anchor_m"),
-            None if block.elasticity is None else self._elasticity(block.elasticity, f"{path}.elasticity"),
-            block.tension_limits_N,
-            self._winch(block),
-        )
+def _cable(block: schema.CableBlock) -> Cable:
+    return Cable(
+        block.name,
+        _point(block.frame_anchor_m),
+        _point(block.platform_anchor_m),
+        None if block.elasticity is None else _elasticity(block.elasticity),
+        block.tension_limits_N,
+        _winch(block),
+    )
 
-    def _winch(self, block: schema.CableBlock) -> Winch | None:
-        if getattr(block, "winch", None) is None:
-            return None
-        from cdpr_interval.robots.formats.winch_reader import winch
 
-        return winch(block.winch)  # type: ignore[attr-defined]
+def _winch(block: schema.CableBlock) -> Winch | None:
+    if getattr(block, "winch", None) is None:
+        return None
+    from cdpr_interval.robots.formats.winch_reader import winch
 
-    def _elasticity(self, block: schema.ElasticityBlock, path: str) -> Elasticity:
-        if block.stiffness_N_per_m is not None:
-            return Elasticity(stiffness=self._scalar(block.stiffness_N_per_m, f"{path}.stiffness_N_per_m"))
-        assert block.axial_stiffness_N is not None
-        return Elasticity(axial_stiffness=self._scalar(block.axial_stiffness_N, f"{path}.axial_stiffness_N"))
+    return winch(block.winch)  # type: ignore[attr-defined]
 
-    def _vector(self, quantities: tuple[Any, Any, Any], path: str) -> Vector:
-        x, y, z = (self._scalar(quantity, child(path, i)) for i, quantity in enumerate(quantities))
-        return x, y, z
 
-    def _scalar(self, quantity: Any, path: str) -> Fraction:
-        """Return the number, or the midpoint of a range after noting it as uncertain."""
-        lo, hi = bounds(quantity)
-        if lo != hi:
-            self._uncertain.append(Uncertain(path, lo, hi))
-        return (lo + hi) / 2
+def _elasticity(block: schema.ElasticityBlock) -> Elasticity:
+    if block.stiffness_N_per_m is not None:
+        return Elasticity(stiffness=_scalar(block.stiffness_N_per_m))
+    assert block.axial_stiffness_N is not None
+    return Elasticity(axial_stiffness=_scalar(block.axial_stiffness_N))
+
+
+def _point(quantities: tuple[Any, Any, Any]) -> Point:
+    x, y, z = map(_scalar, quantities)
+    return x, y, z
+
+
+def _scalar(quantity: Any) -> Scalar:
+    """Return the number, or the range where the bounds differ."""
+    lo, hi = bounds(quantity)
+    return lo if lo == hi else Range(lo, hi)
