@@ -10,7 +10,8 @@ from certificates.point_mass import check_point
 from certificates.problem import Listed, Problem
 from solvers.answers.result import Result
 from solvers.forward import answer_question, pose_problem
-from solvers.proofs.point import certificate_question, listed_solution, point_entry, widened
+from solvers.proofs.listed import certificate_question, listed_solution, widened
+from solvers.proofs.point import point_entry
 from solvers.questions.problem import Options
 
 

@@ -20,8 +20,8 @@ from certificates.problem import Listed, Problem, read_problem, read_solutions
 from certificates.verdicts import Malformed, Verdict
 from solvers.answers.data import Solution
 from solvers.answers.result import Result
-from solvers.proofs.document import robot_document
-from solvers.proofs.point import written_states
+from solvers.proofs.listed import written_states
+from solvers.proofs.text import robot_document
 from solvers.questions.force import ZERO
 
 Json = dict[str, Any]

@@ -14,9 +14,10 @@ from certificates.problem import Problem as Question
 from certificates.subsets import Kind, classify, examined
 from solvers.answers.data import Solution
 from solvers.answers.result import Result
+from solvers.point_mass import scope as point_mass
 from solvers.proofs.allowance import Allowance
-from solvers.proofs.document import document_solutions
-from solvers.proofs.point import certificate_question, listed_solution, point_entry
+from solvers.proofs.listed import certificate_question, document_solutions, listed_solution
+from solvers.proofs.point import point_entry
 from solvers.questions.problem import Options, Problem
 
 if TYPE_CHECKING:
@@ -63,7 +64,7 @@ def start(
     solutions: list[Solution],
 ) -> Started:
     """Return what proves one subset, or the recorders of its searches."""
-    kind = None if question.is_point_mass else classify(question, taut)
+    kind = None if point_mass.accepts(problem.robot) else classify(question, taut)
     if kind in (None, Kind.FREE, Kind.ONE_POINT):
         found = point_entry(problem, options, taut, solutions)
         return found if "pending" in found else {"point": found}

@@ -17,32 +17,25 @@ from flint import arb, arb_mat, ctx, fmpq
 
 from cdpr_interval.exact.enclosure import Bounds, length_bounds
 from cdpr_interval.mechanics.loaded import loaded
-from cdpr_interval.robots.cable_robot import Cable, Platform, Robot, exact
+from cdpr_interval.robots.cable_robot import Cable, Platform, Robot
 from certificates import newton
 from certificates.arithmetic.balls import BITS, column, minus
 from certificates.families import check_one_point_family
 from certificates.point_mass import System, check_point
-from certificates.problem import Listed, Turning
 from certificates.problem import Problem as Question
 from certificates.verdicts import Malformed, NotProved
 from solvers.answers.data import CableState, Solution
+from solvers.point_mass import scope as point_mass
 from solvers.point_mass.arrays import RobotArrays, robot_arrays
 from solvers.point_mass.convex import NoPose, Unproved, find_pose, part_of
 from solvers.point_mass.emptiness import deepest_point
 from solvers.point_mass.entry import Fields
+from solvers.proofs.listed import WIDENED, certificate_question, fraction, listed_solution, wider
 from solvers.questions.problem import Options, Problem
 
 Json = dict[str, Any]
 MOST_PIECES = 64
 """Most parts into which ranges of lengths are cut, as many as the solver uses."""
-WIDENED = 1e-12
-"""How much bounds of a family grow, in m and rad: the checker does not find its angle to the last bit."""
-WIDENED_POSE = 2.0**-50
-"""The same of a single pose: a zero of the solver may be a tiny ball of the checker."""
-RANGE_SHARE = 0.05
-"""The same where lengths are ranges, as a share of the bounds' width."""
-SECOND_ORDER = 16.0
-"""The same of a platform, in squares of the widest bounds of its rotation."""
 STEP_BITS = range(140, 20, -10)
 """Steps 2^-k from the pose towards the deepest point that are tried to get strictly inside all balls."""
 HOPELESS = "no proof of the lowest point passes the checker"
@@ -63,9 +56,9 @@ def point_entry(problem: Problem, options: Options, taut: Sequence[int], solutio
     question = certificate_question(problem, options)
     listed = [listed_solution(s) for s in solutions]
     everything = tuple(range(len(problem.robot.cables)))
-    cables = tuple(taut) if options.ignore_slack or not problem.robot.is_point_mass else everything
+    cables = tuple(taut) if options.ignore_slack or not point_mass.accepts(problem.robot) else everything
     writer = Writer(problem, cables)
-    check = check_point if problem.robot.is_point_mass else check_one_point_family
+    check = check_point if point_mass.accepts(problem.robot) else check_one_point_family
 
     def accepts(poses: list[int | None], part: Question, proof: Json) -> bool:
         """Return whether the checker accepts an entry."""
@@ -87,7 +80,7 @@ def choices(
     problem: Problem, options: Options, writer: Writer, solutions: list[Solution]
 ) -> Iterator[list[int | None]]:
     """Yield what an entry may point to, likely ones first."""
-    if problem.robot.is_point_mass:
+    if point_mass.accepts(problem.robot):
         if not options.ignore_slack:
             yield [0] if solutions else [None]
             return
@@ -124,7 +117,7 @@ class Writer:
         self.problem = problem
         self.cables = cables
         robot = problem.robot
-        if robot.is_point_mass:
+        if point_mass.accepts(robot):
             self.arrays: RobotArrays = part_of(robot_arrays(problem.loaded), cables)
         else:
             zero = Fraction(0)
@@ -180,7 +173,7 @@ class Writer:
             weights = [Fraction(finding.weights.get(i, 0)) for i in range(len(self.cables))]
             yield {"kind": "weights", "weights": [str(w) for w in weights]}
             return
-        if question.ignore_slack and question.is_point_mass and question.taut is None:
+        if question.ignore_slack and point_mass.accepts(self.problem.robot) and question.taut is None:
             # Asked for alone, a subset cannot be settled by smaller ones: they are not examined.
             yield {"kind": "dependent"}
         if isinstance(finding, Unproved):
@@ -283,11 +276,6 @@ def rational(x: arb) -> fmpq:
     return fmpq(mantissa) * fmpq(2) ** int(exponent)
 
 
-def fraction(x: fmpq) -> Fraction:
-    """Return the same number."""
-    return Fraction(int(x.p), int(x.q))
-
-
 def text(x: float) -> str:
     """Return a double as the shortest decimal that restores it."""
     return repr(float(x))
@@ -296,113 +284,3 @@ def text(x: float) -> str:
 def middles(bounds: Bounds) -> Bounds:
     """Return the middles of bounds (..., 2)."""
     return np.asarray(0.5 * bounds[..., 0] + 0.5 * bounds[..., 1])
-
-
-def widened(solution: Solution, ranges: bool = False) -> Solution:
-    """Return a solution with bounds that are a little wider, so that the checker's own enclosure fits in.
-
-    Needed of families, whose angle the checker does not find to the last bit, and where lengths are
-    ``ranges``: there the width of an enclosure depends on how it is computed.
-    """
-    family = solution.family
-    share, least = RANGE_SHARE if ranges else 0.0, WIDENED if family or ranges else WIDENED_POSE
-    if ranges:
-        least += SECOND_ORDER * float(np.ptp(solution.rotation, axis=-1).max()) ** 2
-    names = ("position", "height", "tensions", "distances", "rotation")
-    fields: Json = {name: wider(getattr(solution, name), share, least) for name in names}
-    if family is not None:
-        given = {n: getattr(family, n) for n in ("axis_point", "axis_direction", "angle_ranges")}
-        parts: Json = {n: wider(v, share, least) for n, v in given.items() if v is not None}
-        family = replace(family, **parts)
-    return replace(solution, **fields, family=family)
-
-
-def wider(bounds: Bounds, share: float, least: float) -> Bounds:
-    """Return bounds (..., 2) that have grown on both sides, by a share of their width and a little more."""
-    size = np.where(np.isfinite(bounds), np.abs(bounds), 0.0).max(axis=-1)
-    width = np.where(np.isfinite(bounds).all(axis=-1), bounds[..., 1] - bounds[..., 0], 0.0)
-    by = least * (1.0 + size) + share * width
-    return np.stack([bounds[..., 0] - by, bounds[..., 1] + by], axis=-1)
-
-
-def certificate_question(problem: Problem, options: Options) -> Question:
-    """Return the problem as the checker reads it from a certificate."""
-    robot = problem.robot
-    stiffness: list[tuple[fmpq, bool] | None] = []
-    for cable in robot.cables:
-        elasticity = cable.elasticity
-        if elasticity is None:
-            stiffness.append(None)
-        elif elasticity.stiffness is not None:
-            stiffness.append((ratio(exact(elasticity.stiffness)), False))
-        else:
-            assert elasticity.axial_stiffness is not None
-            stiffness.append((ratio(exact(elasticity.axial_stiffness)), True))
-    return Question(
-        names=robot.cable_names,
-        exits=[[ratio(x) for x in a] for a in problem.loaded.exits],
-        points=[[ratio(x) for x in b] for b in problem.loaded.arms],
-        centre=[ratio(x) for x in problem.loaded.centre],
-        lengths=[(ratio(lo), ratio(hi)) for lo, hi in problem.lengths],
-        stiffness=stiffness,
-        mass=ratio(exact(robot.platform.mass)),
-        gravity=[ratio(x) for x in problem.loaded.gravity],
-        load=[ratio(x) for x in problem.load],
-        taut=problem.taut,
-        ignore_slack=options.ignore_slack,
-        ignore_tension_sign=options.ignore_tension_sign,
-    )
-
-
-def ratio(x: Fraction) -> fmpq:
-    """Return the same number."""
-    return fmpq(x.numerator, x.denominator)
-
-
-def certified(solution: Solution) -> Solution:
-    """Return what a certificate claims of a solution.
-
-    That one pose is proved on either side of a switch is no claim of a certificate: there such a cable, and
-    whether it is near enough to be slack, is undecided.
-    """
-    if CableState.SWITCHING not in solution.cable_states:
-        return solution
-    states = [CableState.UNDECIDED if s is CableState.SWITCHING else s for s in solution.cable_states]
-    respected = None if solution.slack_respected else solution.slack_respected
-    return replace(solution, cable_states=tuple(states), slack_respected=respected)
-
-
-def written_states(solution: Solution) -> tuple[str, ...]:
-    """Return the states of a solution's cables as a certificate has them."""
-    return tuple(map(str, certified(solution).cable_states))
-
-
-def listed_solution(solution: Solution) -> Listed:
-    """Return a solution as the checker reads it from a certificate."""
-    solution = certified(solution)
-    family = None
-    if solution.family is not None:
-        f = solution.family
-        family = Turning(
-            kind=f.kind,
-            axis_point=None if f.axis_point is None else pairs(f.axis_point),
-            axis_direction=None if f.axis_direction is None else pairs(f.axis_direction),
-            angle_ranges=[((a, b), (c, d)) for (a, b), (c, d) in f.angle_ranges.tolist()],
-        )
-    return Listed(
-        taut=solution.taut,
-        states=written_states(solution),
-        position=pairs(solution.position),
-        rotation=[pairs(row) for row in solution.rotation],
-        height=pairs(solution.height[None])[0],
-        tensions=pairs(solution.tensions),
-        distances=pairs(solution.distances),
-        slack_respected=solution.slack_respected,
-        stability=str(solution.stability),
-        family=family,
-    )
-
-
-def pairs(bounds: Bounds) -> list[tuple[float, float]]:
-    """Return bounds (n, 2) as pairs."""
-    return [(lo, hi) for lo, hi in bounds.tolist()]

@@ -29,8 +29,9 @@ from certificates.verdicts import Malformed, NotProved, Report, Verdict
 from solvers.answers.data import CableState
 from solvers.forward import answer_question, pose_problem
 from solvers.proofs.check import difference
-from solvers.proofs.document import certificate_document, document_candidates, hindrance
+from solvers.proofs.document import certificate_document
 from solvers.proofs.entries import subset_entries
+from solvers.proofs.listed import document_candidates, hindrance
 from solvers.questions.problem import Options
 from tests import hanging_mass
 from tests.forgeries import dropped

@@ -15,7 +15,7 @@ from certificates.point_mass import IDENTITY, lowest_points
 from certificates.stability import check_stability, second_variation
 from certificates.verdicts import NotProved
 from solvers.forward import answer_question, pose_problem
-from solvers.proofs.point import certificate_question, listed_solution
+from solvers.proofs.listed import certificate_question, listed_solution
 from solvers.questions.problem import Options, Problem
 from solvers.six_dof.solution import pose_solution
 from tests.point_certificates import case, robot

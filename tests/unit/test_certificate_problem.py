@@ -14,9 +14,10 @@ from certificates.problem import read_problem, read_solutions
 from certificates.tree import Node
 from certificates.verdicts import Malformed, Verdict
 from solvers.forward import answer_question, pose_problem
-from solvers.proofs.document import certificate_document, document_solutions, exact_text
+from solvers.proofs.document import certificate_document
 from solvers.proofs.entries import subset_entries
-from solvers.proofs.point import certificate_question, listed_solution, widened
+from solvers.proofs.listed import certificate_question, document_solutions, listed_solution, widened
+from solvers.proofs.text import exact_text
 from solvers.questions.problem import Options
 from tests.made_certificates import changed, hanging, leaf, platform, three_poses, written
 from tests.point_certificates import robot, vector

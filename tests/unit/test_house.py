@@ -11,13 +11,11 @@ import pytest
 from tests.house import ROOT, circles, floors, graph, imports_of, long_functions, modules, reached, rooms
 
 
-@pytest.mark.xfail(strict=True, reason="four circles are left: six_dof, answers, point_mass, proofs")
 def test_no_modules_import_each_other():
     """Counted are imports for types only and imports inside functions, too."""
     assert circles(graph()) == []
 
 
-@pytest.mark.xfail(strict=True, reason="questions, mechanics, engine and the solvers still form a circle")
 def test_no_packages_import_each_other():
     """A folder is a room; at the top of `cdpr_interval` and of `solvers` each module is one."""
     assert circles(rooms()) == []
@@ -37,7 +35,6 @@ def test_no_folder_is_crowded():
     assert {folder: count for folder, count in files.items() if count > 30} == {}
 
 
-@pytest.mark.xfail(strict=True, reason="eight functions are longer")
 def test_few_functions_are_long():
     assert len(long_functions(70)) <= 4, long_functions(70)
 

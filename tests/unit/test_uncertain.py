@@ -29,7 +29,7 @@ from solvers import (
 from solvers.batch.expansion import stiffness_of
 from solvers.batch.job_file import read_job_file
 from solvers.point_mass.arrays import build_arrays
-from solvers.proofs.document import robot_document
+from solvers.proofs.text import robot_document
 from solvers.report.scene import frame_points
 from solvers.winches.where import whereabouts
 

@@ -1,0 +1,103 @@
+"""Robots and solutions as the text of a certificate: exact numbers, every double in hexadecimal."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+
+from cdpr_interval.exact.enclosure import Bounds
+from cdpr_interval.robots.cable_robot import Robot, exact, exact_point
+from solvers.answers.data import Family, Solution
+from solvers.proofs.listed import certified, written_states
+
+Json = dict[str, Any]
+LONGEST_DECIMAL = 40
+"""Numbers with more digits are written as p/q."""
+
+
+def robot_document(robot: Robot) -> Json:
+    """Return the robot in exact numbers."""
+    cables = []
+    for cable in robot.cables:
+        document: Json = {
+            "name": cable.name,
+            "frame_anchor_m": vector(exact_point(cable.frame_anchor)),
+            "platform_anchor_m": vector(exact_point(cable.platform_anchor)),
+        }
+        if cable.elasticity is not None:
+            for key, value in (
+                ("stiffness_N_per_m", cable.elasticity.stiffness),
+                ("axial_stiffness_N", cable.elasticity.axial_stiffness),
+            ):
+                if value is not None:
+                    document[key] = exact_text(exact(value))
+        cables.append(document)
+    return {
+        "name": robot.name,
+        "sha256": robot.sha256,
+        "gravity_m_s2": vector(exact_point(robot.gravity)),
+        "mass_kg": exact_text(exact(robot.platform.mass)),
+        "centre_of_mass_m": vector(exact_point(robot.platform.centre_of_mass)),
+        "cables": cables,
+    }
+
+
+def solution_document(solution: Solution) -> Json:
+    """Return a solution with its bounds as exact doubles."""
+    solution = certified(solution)
+    return {
+        "taut": list(solution.taut),
+        "states": list(written_states(solution)),
+        "position_m": doubles(solution.position),
+        "rotation": doubles(solution.rotation),
+        "height_m": doubles(solution.height),
+        "tensions_N": doubles(solution.tensions),
+        "distances_m": doubles(solution.distances),
+        "slack_respected": solution.slack_respected,
+        "stability": str(solution.stability),
+        "family": None if solution.family is None else family_document(solution.family),
+    }
+
+
+def family_document(family: Family) -> Json:
+    """Return a family with its bounds as exact doubles."""
+    return {
+        "kind": family.kind,
+        "axis_point_m": None if family.axis_point is None else doubles(family.axis_point),
+        "axis_direction": None if family.axis_direction is None else doubles(family.axis_direction),
+        "angle_ranges_rad": doubles(family.angle_ranges),
+    }
+
+
+def doubles(bounds: Bounds) -> Any:
+    """Return nested lists of hexadecimal numbers."""
+    return hexadecimal(np.asarray(bounds, dtype=np.float64).tolist())
+
+
+def hexadecimal(value: Any) -> Any:
+    """Return floats in nested lists as text."""
+    return [hexadecimal(v) for v in value] if isinstance(value, list) else value.hex()
+
+
+def vector(values: Iterable[Fraction]) -> list[str]:
+    """Return exact numbers as text."""
+    return [exact_text(x) for x in values]
+
+
+def exact_text(x: Fraction) -> str:
+    """Return a finite decimal where it is a short one, else p/q."""
+    twos, rest = 0, x.denominator
+    while rest % 2 == 0:
+        twos, rest = twos + 1, rest // 2
+    fives = 0
+    while rest % 5 == 0:
+        fives, rest = fives + 1, rest // 5
+    places = max(twos, fives)
+    digits = str(abs(x.numerator) * 10**places // x.denominator).rjust(places + 1, "0") if rest == 1 else ""
+    if rest != 1 or len(digits) > LONGEST_DECIMAL:
+        return str(x)
+    sign = "-" if x < 0 else ""
+    return sign + (f"{digits[:-places]}.{digits[-places:]}" if places else digits)
