@@ -13,7 +13,7 @@ import pytest
 from scripts import architecture_table
 
 ROOT = Path(__file__).parents[2]
-PAGES = sorted([*ROOT.glob("*.md"), *(ROOT / "docs").glob("*.md")])
+PAGES = sorted([*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md")])
 EXAMPLES = [ROOT / "README.md", *(ROOT / "docs" / page for page in ("adding-a-robot.md", "winches.md"))]
 PACKAGES = ("cdpr_interval", "solvers", "certificates")
 
@@ -64,7 +64,7 @@ def test_the_architecture_page_says_what_the_modules_say():
 
 def test_files_named_in_the_pages_exist():
     folders = [ROOT, ROOT / "solvers", ROOT / "cdpr_interval"]
-    for page in (ROOT / "docs").glob("*.md"):
+    for page in (ROOT / "docs").rglob("*.md"):
         names = re.findall(r"`([a-z_]+(?:/[a-z_]+)*\.py)`", page.read_text(encoding="utf-8"))
         assert [n for n in names if not any((folder / n).exists() for folder in folders)] == []
 

@@ -120,7 +120,7 @@ def test_kernels_write_within_their_ranges() -> None:
         smaller = Table(rows for rows in WORK.ranges if rows.name != name)
         assert strays(touched, smaller), f"a missing range {name} would not be noticed"
     unused = {rows.name for rows in WORK.ranges if not touched[rows.first : rows.end, : rows.columns].any()}
-    assert unused <= {"PLACE", "HULL", "TRIED", "KEPT_Y"}
+    assert unused <= {"PLACES", "PASSED", "HULL", "TRIED", "KEPT_Y"}
     assert touched[[COLUMNS, BOUNDS, Y]].any(axis=1).all()
 
 
