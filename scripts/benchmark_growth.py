@@ -12,7 +12,7 @@ from benchmark_cases import COGIRO, LIGHT_CALLS, UC4, hanging_robot, light_calls
 from cdpr_interval.robots.formats.reader import load_robot
 from solvers import forward_kinematics
 from solvers.answers.result import Result
-from tests.planted import platform
+from tests.support.planted import platform
 
 TAUT_KINDS = ("c-at-centre-1", "two-cables", "general-3", "general-4", "general-5", "general-6")
 """Planted robots by number of taut cables."""

@@ -9,7 +9,7 @@ Run as ``python scripts/planted.py --robots 500 --seed 1``. One line a kind:
 
     WRONG       a listed solution is not in balance or contradicts itself; exit code 1 as well
 
-Such a line names kind and seed: ``tests.planted.platform.plant(KIND, SEED)`` is that robot. Platforms
+Such a line names kind and seed: ``tests.support.planted.platform.plant(KIND, SEED)`` is that robot. Platforms
 are asked for the planted taut cables alone; those with up to ``--all-subsets`` cables for all subsets of
 taut cables, unless ``--taut-only``.
 """
@@ -39,8 +39,8 @@ from solvers import forward_kinematics
 from solvers.answers.data import Outcome, StopReason
 from solvers.point_mass.forward import solve as solve_point_mass
 from solvers.questions.problem import Options
-from tests.planted import platform
-from tests.planted.verdict import Verdict, complaints, judge
+from tests.support.planted import platform
+from tests.support.planted.verdict import Verdict, complaints, judge
 
 POINT_KINDS = ("point-mass", "point-mass-elastic")
 WRONG = "WRONG"

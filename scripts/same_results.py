@@ -29,7 +29,7 @@ import benchmark_cases
 import planted_point_mass as point
 
 from solvers import PointMass, Tracker, forward_kinematics
-from tests.planted import platform
+from tests.support.planted import platform
 
 POINT_KINDS = ("point-mass", "point-mass-elastic")
 CELLS = 20_000

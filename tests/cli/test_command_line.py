@@ -11,7 +11,7 @@ from click.testing import CliRunner
 from solvers.answers.data import Answer, StopReason
 from solvers.answers.result import Result
 from solvers.cli import COMMANDS, cli
-from tests import hanging_mass
+from tests.support import hanging_mass
 
 
 @pytest.fixture
@@ -274,7 +274,7 @@ from dataclasses import (replace)
 import solvers.point_mass.robot_class
 from solvers.cli import (main)
 from solvers.answers.data import (StopReason)
-from tests import (hanging_mass)
+from tests.support import hanging_mass
 def solve(problem, options):
     try:
         os.kill(os.getpid(), signal.{name})
@@ -421,7 +421,7 @@ def test_a_reader_that_goes_away_ends_the_command_quietly(hanging, tmp_path, arg
 import sys
 import solvers.point_mass.robot_class
 from solvers.cli import (main)
-from tests import (hanging_mass)
+from tests.support import hanging_mass
 solvers.point_mass.robot_class.CLASS.forward = lambda problem, options: hanging_mass.answer()
 sys.argv[1:] = {args!r}
 if sys.argv[1] != "--help":
@@ -444,7 +444,7 @@ def test_the_result_file_is_written_before_the_output_is_closed(hanging, tmp_pat
 import os, sys
 import solvers.point_mass.robot_class
 from solvers.cli import (main)
-from tests import (hanging_mass)
+from tests.support import hanging_mass
 solvers.point_mass.robot_class.CLASS.forward = lambda problem, options: hanging_mass.answer()
 read, write = os.pipe()
 os.close(read)

@@ -1,0 +1,232 @@
+"""Reports: what is drawn is what was found, nothing undecided is left out, nothing is fetched."""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+from dataclasses import replace
+from html.parser import HTMLParser
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from cdpr_interval import load_robot
+from certificates.verdicts import Verdict
+from solvers import forward_kinematics
+from solvers.answers.data import CableState, Certainty, Undecided
+from solvers.cli import cli
+from solvers.proofs.check import Proof
+from solvers.report.page import left_open, result_page
+from solvers.report.plots import robot_figure, thinned
+from solvers.report.scene import axis_range, hanging, region, scene
+from solvers.report.source import ResultSource
+from tests.support.batch_workers import MONTE_CARLO, write
+
+pytest.importorskip("plotly")
+pytest.importorskip("matplotlib")
+
+MERLET = ["2.692582403567252", "3.905124837953327", "3.354101966249685", "4.385"]
+UP = np.array([0.0, 0.0, 1.0])
+
+
+@pytest.fixture(scope="module")
+def merlet():
+    robot = load_robot("merlet_4_1")
+    return robot, forward_kinematics(robot, MERLET)
+
+
+@pytest.fixture(scope="module")
+def platform():
+    robot = load_robot("uc2")
+    return robot, forward_kinematics(robot, ["4.5", "4.5"])
+
+
+def measured(points):
+    return float(np.linalg.norm(np.diff(points, axis=0), axis=1).sum())
+
+
+@pytest.mark.parametrize(
+    ("end", "length"),
+    [
+        ((3, 0, 0), 3.5),
+        ((3, 0, -2), 3.7),
+        ((0.5, 0.2, 3), 8),
+        ((1, 1, 1), 1.7321),
+        ((1e-9, 0, -1), 3),
+        ((0, 0, 2), 3),
+    ],
+)
+def test_a_slack_cable_hangs_with_its_length(end, length):
+    start, end = np.array([1.0, 2.0, 3.0]), np.array(end) + np.array([1.0, 2.0, 3.0])
+    points = hanging(start, end, length, UP, 2001)
+    assert points[0] == pytest.approx(start) and points[-1] == pytest.approx(end, abs=1e-8)
+    assert measured(points) == pytest.approx(length, rel=1e-4)
+    # It hangs: no point is above the straight line.
+    share = np.linspace(0, 1, len(points))
+    assert points[len(points) // 2, 2] <= (start + share[len(points) // 2] * (end - start))[2] + 1e-12
+
+
+def test_a_cable_that_is_too_short_is_straight():
+    points = hanging(np.zeros(3), np.array([3.0, 0.0, 0.0]), 2.9, UP)
+    assert points.tolist() == [[0, 0, 0], [3, 0, 0]]
+
+
+def test_a_scene_has_the_proved_geometry(platform):
+    robot, result = platform
+    for number, solution in enumerate(result.solutions, 1):
+        drawn = scene(robot, solution, result.lengths, number)
+        for i, cable in enumerate(drawn.cables):
+            lo, hi = solution.distances[i]
+            ends = float(np.linalg.norm(cable.points[-1] - cable.points[0]))
+            assert lo - 1e-6 <= ends <= hi + 1e-6
+            if cable.state is CableState.SLACK:
+                assert measured(cable.points) == pytest.approx(result.lengths[i].mean(), rel=1e-2)
+
+
+def test_what_switches_and_what_nothing_bounds(merlet):
+    """A switching cable is dashed, an unbounded tension is said and drawn as its lower bound."""
+    robot, result = merlet
+    (solution,) = result.solutions
+    tensions = solution.tensions.copy()
+    tensions[0] = 50.0, math.inf
+    states = (CableState.TAUT, CableState.SWITCHING, *solution.cable_states[2:])
+    changed = replace(result, solutions=(replace(solution, tensions=tensions, cable_states=states),))
+    first, second, *_ = scene(robot, changed.solutions[0], result.lengths, 1).cables
+    assert first.text == "c1: taut, 50 N or more" and first.tension == 50.0
+    assert second.text.startswith("c2: switching, ")
+    dashed = [trace.text for trace in robot_figure(robot, changed).data if trace.line.dash == "dash"]
+    assert dashed == [second.text]
+    assert "switching, one pose either way: c2" in result_page(ResultSource(robot, changed, None))
+    assert left_open(changed) == left_open(result)
+    unproved = replace(changed.solutions[0], existence=Certainty.UNDECIDED, note="why")
+    assert "1 entries not proved" in left_open(replace(changed, solutions=(unproved,)))
+
+
+def test_a_region_is_drawn_with_its_twelve_edges():
+    edges = region(np.array([[0.0, 1.0], [0.0, 2.0], [0.0, 3.0]])).reshape(-1, 2, 3)
+    assert sorted(np.linalg.norm(a - b) for a, b in edges) == [1] * 4 + [2] * 4 + [3] * 4
+
+
+def test_every_solution_can_be_chosen(platform):
+    robot, result = platform
+    figure = robot_figure(robot, result)
+    buttons = figure.layout.updatemenus[0].buttons
+    assert len(buttons) == len(result.solutions) + 1
+    shown = [sum(button.args[0]["visible"]) for button in buttons]
+    assert shown[-1] == len(figure.data) and all(0 < n < shown[-1] for n in shown[:-1])
+
+
+class Requests(HTMLParser):
+    """Collects everything that a browser would fetch."""
+
+    def __init__(self):
+        super().__init__()
+        self.found, self.policy = [], ""
+
+    def handle_starttag(self, tag, attributes):
+        given = dict(attributes)
+        self.found += [given[key] for key in ("src", "href", "srcset", "data", "action") if key in given]
+        if tag in ("link", "iframe", "object", "embed", "base"):
+            self.found.append(tag)
+        if given.get("http-equiv") == "Content-Security-Policy":
+            self.policy = given["content"]
+
+
+def test_the_page_fetches_nothing(merlet):
+    page = Requests()
+    page.feed(result_page(ResultSource(*merlet, None)))
+    assert page.found == []
+    assert page.policy.startswith("default-src 'none'") and "http" not in page.policy
+
+
+def test_names_are_no_markup(merlet):
+    robot, result = merlet
+    evil = replace(result, robot=replace(result.robot, name="<script>alert(1)</script>"))
+    refused = Proof(Verdict.NOT_PROVED, False, "<script>alert(2)</script>")
+    assert "<script>alert" not in result_page(ResultSource(robot, evil, refused))
+
+
+def test_what_is_undecided_is_drawn_and_counted(platform):
+    """A search that was stopped: its rest is told, drawn as boxes, and listed."""
+    robot = load_robot("uc3")
+    result = forward_kinematics(robot, ["7.5", "8", "7"], taut=[0, 1, 2], cell_limit=300)
+    assert result.pending and f"{result.pending} cells not looked at" in left_open(result)
+    page = result_page(ResultSource(robot, result, None))
+    assert f"Left open: {result.pending} cells not looked at." in page and "nothing was left out" not in page
+    rotation = np.broadcast_to(np.array([-1.0, 1.0]), (3, 3, 2))
+    box = np.array([[1.0, 2.0], [3.0, 5.0], [-3.0, -2.0]])
+    robot, result = platform
+    left = replace(result, undecided=(Undecided((0, 1), 17, "a double root", box, rotation),))
+    figure = robot_figure(robot, left)
+    (boxes,) = [trace for trace in figure.data if trace.text == "undecided"]
+    assert np.nanmin(boxes.y) == 3.0 and np.nanmax(boxes.y) == 5.0
+    assert all(button.args[0]["visible"][1] for button in figure.layout.updatemenus[0].buttons)
+    page = result_page(ResultSource(robot, left, None))
+    assert "<h2>Undecided</h2>" in page and "1 undecided regions (17 cells)" in page
+    assert "a double root" in page
+
+
+def test_small_helpers():
+    assert len(thinned(range(1000), 300)) == 250 and thinned([1, 2], 5) == [1, 2]
+    low, high = axis_range([2.0, 2.0])
+    assert low < 2.0 < high and axis_range([1.0, 3.0]) == (1.0, 3.0)
+    assert math.isclose(high - low, 4e-6)
+
+
+# The command.
+
+
+def run(*arguments):
+    done = CliRunner().invoke(cli, [*map(str, arguments)])
+    if done.exception is not None and not isinstance(done.exception, SystemExit):
+        raise done.exception
+    return done
+
+
+def test_report_of_a_result_with_its_certificate(tmp_path):
+    result, proof, out, figures = (tmp_path / name for name in ("r.json", "r.cert", "r.html", "figures"))
+    run("fk", "merlet_4_1", "--lengths", ",".join(MERLET), "--json", result, "--certificate", proof, "-q")
+    done = run("report", result, "--out", out, "--figures", figures, "--certificate", proof)
+    assert done.exit_code == 0, done.stderr
+    text = out.read_text()
+    assert "Independent check of the certificate: PROVED: 1 static pose, and no other one" in text
+    assert "<td>c1,c3,c4</td>" in text and "1.002722" in text
+    names = sorted(file.name for file in figures.iterdir())
+    assert names == ["pose_1.png", "pose_1.svg", "tensions.png", "tensions.svg"]
+    assert (figures / "pose_1.png").read_bytes().startswith(b"\x89PNG")
+    # A certificate of other lengths proves nothing here, and the report says so.
+    other = tmp_path / "other.cert"
+    run("fk", "merlet_4_1", "--lengths", "2.7,3.9,3.35,4.4", "--certificate", other, "-q")
+    done = run("report", result, "--out", out, "--certificate", other)
+    assert done.exit_code == 5
+    assert "NOT PROVED: the certificate is not of this result: its lengths differ" in out.read_text()
+    assert run("report", result, "--out", out, "--certificate", tmp_path / "none").exit_code == 2
+    # Another robot's file is refused, and so is what is no result.
+    done = run("report", result, "--out", out, "--robot", "merlet_4_1_k100")
+    assert done.exit_code == 2 and "--robot: is not the file of the result" in done.stderr
+    done = run("report", proof, "--out", out)
+    assert done.exit_code == 2 and len(done.stderr.splitlines()) == 1
+    document = json.loads(result.read_text())
+    document["robot"]["sha256"] = "0" * 64
+    result.write_text(json.dumps(document))
+    done = run("report", result, "--out", out)
+    assert done.exit_code == 2 and "--robot: missing" in done.stderr
+
+
+@pytest.mark.slow
+def test_report_of_a_batch(tmp_path):
+    jobs, folder, out = write(tmp_path, MONTE_CARLO.format(samples=40)), tmp_path / "b", tmp_path / "b.html"
+    assert run("batch", jobs, "--out", folder, "-q").exit_code == 0
+    done = run("report", folder, "--out", out, "--figures", tmp_path / "f")
+    assert done.exit_code == 0, done.stderr
+    text = out.read_text()
+    assert "<h1>40 problems</h1>" in text and "0 jobs left something undecided" in text
+    assert re.search(r"<td>z_m</td><td>40</td>", text)
+    assert (tmp_path / "f" / "histogram_z_m.svg").exists()
+    done = run("report", folder, "--out", out, "--robot", "uc2")
+    assert done.exit_code == 2
+    done = run("report", tmp_path, "--out", out)
+    assert done.exit_code == 2 and "no batch there" in done.stderr
+    assert run("report", folder, "--out", tmp_path).exit_code == 2
