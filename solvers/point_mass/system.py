@@ -67,7 +67,7 @@ def evaluate(cables: Any, load: Any, taut: Any, m: int, box: Any, arms: Any, out
     out : (3 + m, 2)
         Written: the m length equations, then the three force equations.
     """
-    elastic, anchors, lengths, k, w = cables
+    anchors = cables[1]
     arms_over(anchors, taut, m, box, arms)
     for j in range(3):
         out[m + j, 0], out[m + j, 1] = -load[j, 1], -load[j, 0]
