@@ -310,8 +310,7 @@ def track(
     Returns
     -------
     status, k, cable
-        ``TRACKED`` with the k of the region and -1, or why it failed at the last k tried: then the cable that
-        may be tight or loose, else -1.
+        ``TRACKED`` with the region's k, or why it failed at the last k tried; the cable at fault, or -1.
 
     Guarantee
     ---------
@@ -325,8 +324,7 @@ def track(
     fill_data(cables, load, lengths, taut, data)
     fill_data(cables, load, lengths, others, far)
     C, E, f = np.empty((m, m)), np.empty((m, m, 2)), np.empty((m, 2))
-    for k in range(6 + n):
-        root[k] = z[k]
+    root[:] = z
     if not newton.improve(data, rows, free, root, C, NEWTON_STEPS):
         return NO_ROOT, first, -1
     X = np.empty((6 + n, 2))
