@@ -22,6 +22,7 @@ from cdpr_interval.engine.krawczyk import LOST, Contractions, around, correction
 from cdpr_interval.kernels.box import point
 from cdpr_interval.kernels.interval import add, div, mag, mul, sqr, sub
 from cdpr_interval.kernels.kernel import kernel
+from cdpr_interval.mechanics.cables.compiled import density
 from solvers.point_mass.fields import distance
 from solvers.point_mass.system import TRIES
 
@@ -36,14 +37,13 @@ def multiplier(cables: Any, c: int, box: Any) -> tuple[float, float, float, floa
 
     (0, 0, 1, 1) when the cable is slack on the whole box.
     """
-    _, anchors, lengths, k, w = cables
+    _, anchors, lengths, _, _ = cables
     near, far = distance(anchors, c, box)
     if far <= lengths[c, 0]:
         return 0.0, 0.0, 1.0, 1.0
     near = max(near, lengths[c, 0])
-    lo, hi = div(w[c, 0], w[c, 1], near, far)
-    lo, hi = sub(k[c, 0], k[c, 1], lo, hi)
-    return max(lo, 0.0), max(hi, 0.0), near, far
+    lo, hi = density(cables, c, near, far)
+    return lo, hi, near, far
 
 
 @njit(cache=True, nogil=True)

@@ -8,10 +8,11 @@ import numpy as np
 from numba import njit
 
 from cdpr_interval.kernels.interval import div, mid, mul
+from cdpr_interval.mechanics.cables.compiled import reach
 from solvers.point_mass.fields import OPEN, SLACK, TAUT, distance, report
 from solvers.point_mass.lowest import APART, lowest_of_subset, lowest_point
 from solvers.point_mass.springs import lowest_energy
-from solvers.point_mass.system import krawczyk, reach
+from solvers.point_mass.system import krawczyk
 
 DECIDED = 0
 """Every cable is proved taut or slack: by convexity this is the only pose."""
@@ -123,22 +124,12 @@ def guess_inextensible(A: Any, L: Any, f: Any, taut: Any, x: Any) -> tuple[int, 
 @njit(cache=True, nogil=True)
 def tension_bounds(cables: Any, taut: Any, m: int, box: Any, tension: Any) -> None:
     """Write the tensions (N, 2) = multiplier times distance, zero outside the taut set."""
-    elastic, _, lengths, k, w = cables
+    lengths = cables[2]
     for i in range(lengths.shape[0]):
         tension[i, 0], tension[i, 1] = 0.0, 0.0
     for a in range(m):
         c = taut[a]
-        lo, hi = reach(
-            elastic[c],
-            lengths[c, 0],
-            lengths[c, 1],
-            k[c, 0],
-            k[c, 1],
-            w[c, 0],
-            w[c, 1],
-            box[3 + a, 0],
-            box[3 + a, 1],
-        )
+        lo, hi = reach(cables, c, box[3 + a, 0], box[3 + a, 1])
         tension[c, 0], tension[c, 1] = mul(box[3 + a, 0], box[3 + a, 1], lo, hi)
 
 

@@ -16,7 +16,6 @@ parameters X holds exactly one zero, and it lies in K(X).
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
 import numpy as np
@@ -26,8 +25,9 @@ from cdpr_interval.engine.krawczyk import LOST, Contractions, Tries, around, cor
 from cdpr_interval.engine.newton import Pace, newton
 from cdpr_interval.kernels.box import point
 from cdpr_interval.kernels.dense import solve_in_place
-from cdpr_interval.kernels.interval import add, div, mid, mul, scale, sqr, sub
+from cdpr_interval.kernels.interval import add, mid, mul, scale, sqr, sub
 from cdpr_interval.kernels.kernel import kernel
+from cdpr_interval.mechanics.cables.compiled import compliance, reach
 
 NEWTON_STEPS = 2
 """The guesses are near: two steps give the digits that are left."""
@@ -37,31 +37,6 @@ TRIES = Tries(boxes=12, growth=1.2, kept=1.0)
 """Each box tried is larger, so more would only diverge."""
 CONTRACTIONS = Contractions(most=6, gain=0.99)
 """Exact input needs one, wide length ranges a few."""
-
-
-@njit(cache=True, nogil=True)
-def reach(
-    elastic: bool,
-    length_lo: float,
-    length_hi: float,
-    k_lo: float,
-    k_hi: float,
-    w_lo: float,
-    w_hi: float,
-    t_lo: float,
-    t_hi: float,
-) -> tuple[float, float]:
-    """Enclose h(t): the distance at which a cable has the multiplier t; the line where t reaches k.
-
-    ``w`` encloses k l.
-    """
-    if not elastic:
-        return length_lo, length_hi
-    lo, hi = sub(k_lo, k_hi, t_lo, t_hi)
-    if not lo > 0.0:
-        # t = k - k l / |e| is below k; beyond it h^2 has a branch without meaning.
-        return -math.inf, math.inf
-    return div(w_lo, w_hi, lo, hi)
 
 
 @kernel("void(f8[:, :, ::1], i8[::1], i8, f8[:, ::1], f8[:, :, ::1])")
@@ -92,7 +67,7 @@ def evaluate(cables: Any, load: Any, taut: Any, m: int, box: Any, arms: Any, out
     out : (3 + m, 2)
         Written: the m length equations, then the three force equations.
     """
-    elastic, anchors, lengths, k, w = cables
+    anchors = cables[1]
     arms_over(anchors, taut, m, box, arms)
     for j in range(3):
         out[m + j, 0], out[m + j, 1] = -load[j, 1], -load[j, 0]
@@ -105,33 +80,10 @@ def evaluate(cables: Any, load: Any, taut: Any, m: int, box: Any, arms: Any, out
             slo, shi = add(slo, shi, qlo, qhi)
             lo, hi = mul(box[3 + i, 0], box[3 + i, 1], lo, hi)
             out[m + j, 0], out[m + j, 1] = add(out[m + j, 0], out[m + j, 1], lo, hi)
-        hlo, hhi = reach(
-            elastic[c],
-            lengths[c, 0],
-            lengths[c, 1],
-            k[c, 0],
-            k[c, 1],
-            w[c, 0],
-            w[c, 1],
-            box[3 + i, 0],
-            box[3 + i, 1],
-        )
+        hlo, hhi = reach(cables, c, box[3 + i, 0], box[3 + i, 1])
         hlo, hhi = sqr(hlo, hhi)
         lo, hi = sub(slo, shi, hlo, hhi)
         out[i, 0], out[i, 1] = 0.5 * lo, 0.5 * hi
-
-
-@njit(cache=True, nogil=True)
-def compliance(cables: Any, c: int, t_lo: float, t_hi: float) -> tuple[float, float]:
-    """Enclose d/dt (-h(t)^2 / 2) = -h^2 / (k - t) of cable ``c``."""
-    elastic, _, lengths, k, w = cables
-    if not elastic[c]:
-        return 0.0, 0.0
-    lo, hi = reach(True, lengths[c, 0], lengths[c, 1], k[c, 0], k[c, 1], w[c, 0], w[c, 1], t_lo, t_hi)
-    lo, hi = sqr(lo, hi)
-    klo, khi = sub(k[c, 0], k[c, 1], t_lo, t_hi)
-    lo, hi = div(lo, hi, klo, khi)
-    return -hi, -lo
 
 
 @kernel()

@@ -17,7 +17,7 @@ A region too large for one of these is halved. ``z`` = (u, p, t) as in ``system`
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numba import njit, types
@@ -52,36 +52,12 @@ OUTWARD = 1.0 + 1e-12
 """Makes up for the rounding of a tangent and of a few operations."""
 
 
-class Subset(NamedTuple):
-    """A taut subset, n of N cables."""
-
-    taut: Ints
-    """(n,)."""
-    others: Ints
-    """(N - n,) all other cables."""
-    rows: Floats
-    """(m - n, 6) combinations of the statics equations in the square system of the taut cables."""
-    free: Ints
-    """(m,) unknowns of that."""
-
-
-class Regions(NamedTuple):
-    """The regions that are tried: their radius is ``radius / 2^k``, k = first..last.
-
-    A larger one comes first where the pose has left that of ``first``.
-    """
-
-    size: float
-    """m: a length of the platform."""
-    radius: float
-    """m."""
-    first: int
-    last: int
+REGIONS = 4
+"""Numbers that say which regions are tried: a length of the platform in m, the largest radius in m, the first
+and the last power of 1/2 of it. A larger one than the first comes first where the pose has left that."""
 
 
 array, index = types.float64, types.int64
-SUBSET = types.NamedTuple([index[::1], index[::1], array[:, ::1], index[::1]], Subset)
-REGIONS = types.NamedTuple([array, array, index, index], Regions)
 
 
 @njit("b1(f8[::1], f8, f8, f8[:, ::1])", cache=True, nogil=True)
@@ -291,13 +267,31 @@ def loads(far: Any, data: Any, taut: Any, others: Any, size: float, X: Any) -> t
 
 @njit(
     types.UniTuple(types.int64, 3)(
-        array[:, :, ::1], array[:, ::1], array[:, ::1], SUBSET, REGIONS, array[::1], array[::1], array[:, ::1]
+        array[:, :, ::1],
+        array[:, ::1],
+        array[:, ::1],
+        index[::1],
+        array[:, ::1],
+        index[::1],
+        array[::1],
+        array[::1],
+        array[::1],
+        array[:, ::1],
     ),
     cache=True,
     nogil=True,
 )
 def track(
-    cables: Any, load: Any, lengths: Any, subset: Any, regions: Any, z: Any, root: Any, box: Any
+    cables: Any,
+    load: Any,
+    lengths: Any,
+    order: Any,
+    rows: Any,
+    free: Any,
+    regions: Any,
+    z: Any,
+    root: Any,
+    box: Any,
 ) -> tuple[int, int, int]:
     """Prove the one static pose in the region around the pose of z.
 
@@ -305,35 +299,32 @@ def track(
     ----------
     cables, load, lengths : (N, 6, 2), (3, 2), (N, 2)
         A_i and D_c b_i, in the chart c of z, the load, and the lengths.
-    subset, regions
-        `Subset` and `Regions`.
-    z : (6 + n,)
-        Reference pose, and where Newton starts with its tensions.
-    root : (6 + n,)
-        The pose found, in floats.
+    order, rows, free, regions : (N,), (m - n, 6), (m,), (4,)
+        The n taut cables, then the others; combinations of the statics equations and unknowns of their square
+        system; see `REGIONS`. Passed apart: NamedTuples cost a tracker 2 us a call.
+    z, root : (6 + n,)
+        Reference pose, and where Newton starts with its tensions; written: the pose found, in floats.
     box : (6 + n, 2)
         Where tracked, the enclosure of the pose; for n < 6 also of t.
 
     Returns
     -------
     status, k, cable
-        ``TRACKED`` with the k of the region and -1, or why it failed at the last k tried: then the cable that
-        may be tight or loose, else -1.
+        ``TRACKED`` with the region's k, or why it failed at the last k tried; the cable at fault, or -1.
 
     Guarantee
     ---------
     With TRACKED, for every choice of the lengths the robot has exactly one static pose in the region;
-    it lies in the box, and the cables of ``subset.taut`` are those that carry load.
+    it lies in the box, and the taut cables are those that carry load.
     """
-    taut, others, rows, free = subset
-    size, radius, first, last = regions
-    n, m = taut.shape[0], free.shape[0]
+    n, m = z.shape[0] - 6, free.shape[0]
+    taut, others = order[:n], order[n:]
+    size, radius, first, last = regions[0], regions[1], int(regions[2]), int(regions[3])
     data, far = np.empty((n + 1, 7, 2)), np.empty((others.shape[0] + 1, 7, 2))
     fill_data(cables, load, lengths, taut, data)
     fill_data(cables, load, lengths, others, far)
     C, E, f = np.empty((m, m)), np.empty((m, m, 2)), np.empty((m, 2))
-    for k in range(6 + n):
-        root[k] = z[k]
+    root[:] = z
     if not newton.improve(data, rows, free, root, C, NEWTON_STEPS):
         return NO_ROOT, first, -1
     X = np.empty((6 + n, 2))

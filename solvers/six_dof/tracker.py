@@ -44,8 +44,6 @@ from solvers.six_dof.track import (
     SINGULAR,
     TIGHT,
     TRACKED,
-    Regions,
-    Subset,
     track,
 )
 from solvers.six_dof.tracked_pose import Region, TrackedPose, TrackStatus
@@ -83,7 +81,13 @@ class Place:
     chart: int
     z: Floats
     """(6 + n,) u, p and t, middles."""
-    subset: Subset
+    order: Ints
+    """(N,) the taut cables, then the others."""
+    taut: Ints
+    rows: Floats
+    """(m - n, 6) combinations of the statics equations in the square system."""
+    free: Ints
+    """(m,) its unknowns."""
     halvings: int = 0
     """The region proved last had the first radius halved so often."""
 
@@ -188,7 +192,9 @@ class Tracker:
             z[6:] = start.tensions[taut].mean(axis=-1) / start.distances[taut].mean(axis=-1)
         others = np.array([i for i in range(self._count) if i not in start.taut], dtype=np.int64)
         taut_cables = np.array(start.taut, dtype=np.int64)
-        self._place = Place(chart, z, Subset(taut_cables, others, system.rows, system.free[0].copy()))
+        self._place = Place(
+            chart, z, np.concatenate([taut_cables, others]), taut_cables, system.rows, system.free[0].copy()
+        )
 
     def warm_up(self) -> None:
         """Compile or load the kernels now, so that no later call waits for them (many seconds once)."""
@@ -246,16 +252,18 @@ class Tracker:
             self._charts[place.chart],
             load.bounds,
             bounds,
-            place.subset,
-            Regions(self._size, self._radius, self._first(place), self._last),
+            place.order,
+            place.rows,
+            place.free,
+            np.array((self._size, self._radius, self._first(place), self._last)),
             place.z,
             root,
             box,
         )
         region = self._region(place, halvings)
-        taut = tuple(place.subset.taut.tolist())
+        taut = tuple(place.taut.tolist())
         if status == TRACKED:
-            fields = self._fields(load, place.chart, box, place.subset.taut, bounds)
+            fields = self._fields(load, place.chart, box, place.taut, bounds)
             if np.isfinite(fields.tensions).all():
                 # Proved positive; wide bounds of six tensions may still reach below zero.
                 np.maximum(fields.tensions, 0.0, out=fields.tensions)

@@ -383,8 +383,9 @@ def run_track(
     z = z.copy()
     if n == 6:
         z[6:] = 0.0
-    subset = pt.Subset(taut, others, system.rows, system.free[0].copy())
-    return *pt.track(cables, load, lengths, subset, pt.Regions(size, radius, 0, last), z, root, box), box
+    order, regions = np.concatenate([taut, others]), np.array((size, radius, 0.0, last))
+    free = system.free[0].copy()
+    return *pt.track(cables, load, lengths, order, system.rows, free, regions, z, root, box), box
 
 
 @every_count
