@@ -41,7 +41,7 @@ def batches(
     Parameters
     ----------
     process, context
-        The problem, see above; ``context.scratch`` is a ``Scratch``.
+        The problem, see above; its ``context`` is a ``NamedTuple`` with a ``Scratch`` called ``scratch``.
     stack : (capacity, width)
         Cells; rows ``0 .. count - 1`` are pending on entry and on return.
     leaves, kinds : (m, width), (m,)

@@ -127,7 +127,7 @@ def deviation(C: Any, J: Any, E: Any) -> None:
 
 @kernel("b1(f8[:, :, ::1], f8[::1], f8[::1], f8[::1])")
 def stretched(E: Any, v: Any, start: Any, out: Any) -> bool:
-    """Bound start + |E| v from above in out (n,), E (n, n, 2), v and start (n,); True when it is below v."""
+    """Bound start + |E| v from above in out (n,): E (n, n, 2), v, start (n,); True when it is below v."""
     inside = True
     for i in range(v.shape[0]):
         total = start[i]
@@ -173,7 +173,7 @@ def growth(E: Any, box: Any) -> float:
 
 @kernel("void(f8[::1], f8[:, ::1], f8[:, ::1], f8[::1], f8[::1])")
 def first_radii(x: Any, shift: Any, cover: Any, first: Any, radius: Any) -> None:
-    """Write a bound of |C F(x)| to ``first`` (n,), and the radii (n,) of a first box around x (>= n,).
+    """Bound |C F(x)| in ``first`` (n,), and write the radii ``radius`` (n,) of a first box around x (>= n,).
 
     The box may be mapped into itself, and holds the cover (n, 2). ``shift`` (n, 2) encloses -C F(x).
     """

@@ -44,7 +44,8 @@ def begin_notes(C: LaneArray, count: int, notes: Any, noted: Any, columns: int) 
 def halved_in(C: LaneArray, note: Any, lane: int, variables: int, children: Any) -> int:
     """Return the variable in which a cell was halved; UNNOTED where its bounds were changed before.
 
-    ``note`` : the cell as it was, bounds first. ``children`` : (2 LANES, width).
+    ``C`` : (1, width, LANES); ``note`` : (> 2 variables,) the cell as it was, bounds first; ``children`` :
+    (2 LANES, width).
     """
     found = UNNOTED
     for k in range(variables):

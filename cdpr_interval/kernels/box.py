@@ -12,7 +12,7 @@ from cdpr_interval.kernels.rounding import down, up
 
 @kernel("void(f8[:, ::1], f8[:, ::1])")
 def copy(a: Any, out: Any) -> None:
-    """Copy a box (n, 2) to out (n, 2); numba takes seconds to compile the checks of a slice's assignment."""
+    """Copy the box a (n, 2) to out (n, 2); numba compiles the checks of a slice's assignment for seconds."""
     for k in range(a.shape[0]):
         out[k, 0] = a[k, 0]
         out[k, 1] = a[k, 1]
@@ -20,7 +20,7 @@ def copy(a: Any, out: Any) -> None:
 
 @kernel("void(f8[::1], f8[:, ::1])")
 def point(x: Any, out: Any) -> None:
-    """Write the box (n, 2) that holds the point x (>= n,) only."""
+    """Write the box out (n, 2) that holds the point x (>= n,) only."""
     for k in range(out.shape[0]):
         out[k, 0] = x[k]
         out[k, 1] = x[k]
@@ -28,7 +28,7 @@ def point(x: Any, out: Any) -> None:
 
 @kernel("void(f8[::1], f8[::1], f8[:, ::1])")
 def spread(x: Any, radius: Any, out: Any) -> None:
-    """Write a box (n, 2) that holds x (>= n,) +- radius (n,)."""
+    """Write a box out (n, 2) that holds x (>= n,) +- radius (n,)."""
     for k in range(radius.shape[0]):
         out[k, 0] = down(x[k] - radius[k])
         out[k, 1] = up(x[k] + radius[k])
@@ -53,7 +53,7 @@ def contains(outer: Any, inner: Any, n: int) -> bool:
 
 @kernel("b1(f8[:, ::1], f8[:, ::1], i8)")
 def disjoint(a: Any, b: Any, n: int) -> bool:
-    """Return True when the first n sides of two boxes (>= n, 2) have no common point."""
+    """Return True when the first n sides of two boxes a, b (>= n, 2) have no common point."""
     for i in range(n):  # noqa: SIM110 - numba compiles no generator expressions
         if a[i, 1] < b[i, 0] or b[i, 1] < a[i, 0]:
             return True
@@ -78,6 +78,6 @@ def scatter(a: Any, chosen: Any, out: Any) -> None:
 
 @kernel("void(f8[:, :, ::1], i8, i8, f8, f8)")
 def accumulate(out: Any, i: int, j: int, lo: float, hi: float) -> None:
-    """Add [lo, hi] to entry (i, j) of an interval matrix (m, n, 2)."""
+    """Add [lo, hi] to entry (i, j) of an interval matrix out (m, n, 2)."""
     out[i, j, 0] = down(out[i, j, 0] + lo)
     out[i, j, 1] = up(out[i, j, 1] + hi)

@@ -23,7 +23,7 @@ POSITIVE, NEGATIVE, OPEN = 1, -1, 0
 
 @njit("void(f8[:, :, ::1], f8[:, :, ::1], f8[:, :, ::1])", cache=True, nogil=True)
 def multiply(A: Any, B: Any, out: Any) -> None:
-    """Enclose A B (m, n, 2) for A (m, k, 2) and B (k, n, 2)."""
+    """Enclose A B in out (m, n, 2) for A (m, k, 2) and B (k, n, 2)."""
     for i in range(A.shape[0]):
         for j in range(B.shape[1]):
             lo, hi = 0.0, 0.0
@@ -36,7 +36,7 @@ def multiply(A: Any, B: Any, out: Any) -> None:
 
 @njit("void(f8[:, :, ::1], f8[:, :, ::1], f8[:, :, ::1])", cache=True, nogil=True)
 def congruence(W: Any, Q: Any, out: Any) -> None:
-    """Enclose W^T Q W (d, d, 2) for a symmetric Q (n, n, 2) and W (n, d, 2)."""
+    """Enclose W^T Q W in out (d, d, 2) for a symmetric Q (n, n, 2) and W (n, d, 2)."""
     n, d = W.shape[0], W.shape[1]
     turned = np.empty((d, n, 2))
     half = np.empty((n, d, 2))
@@ -50,7 +50,11 @@ def congruence(W: Any, Q: Any, out: Any) -> None:
 
 @njit("void(f8[:, :, ::1], f8[:, ::1], i8, f8[::1], f8, f8[:, :, ::1])", cache=True, nogil=True)
 def solve_column(A: Any, a: Any, j: int, slack: Any, norm: float, X: Any) -> None:
-    """Enclose column j of the solutions; ``a`` holds C, ``slack`` the row sums of |I - C M|."""
+    """Enclose column j of the solutions X (m, c, 2) of the systems A (m, m + c, 2), see ``solve``.
+
+    The last m columns of ``a`` (m, 2 m) hold C, and ``slack`` (m,) the row sums of |I - C M|, the largest of
+    which is ``norm``.
+    """
     m = A.shape[0]
     guess = np.zeros(m)
     residual = np.empty((m, 2))
@@ -82,7 +86,7 @@ def solve_column(A: Any, a: Any, j: int, slack: Any, norm: float, X: Any) -> Non
 
 @njit("b1(f8[:, :, ::1], f8[:, :, ::1])", cache=True, nogil=True)
 def solve(A: Any, X: Any) -> bool:
-    """Enclose the solutions X (m, c, 2) of the systems A = [M | B] (m, m + c, 2).
+    """Enclose the solutions X (m, c, 2) of the systems A (m, m + c, 2) = [M | B].
 
     Guarantee: where True is returned, every matrix in M is regular and M^-1 B lies in X for every B. With C a
     float inverse, x~ = C b and E = I - C M: d = x - x~ satisfies d = C (b - M x~) + E d, hence

@@ -14,6 +14,8 @@ and fourth order into the error. Rounding goes through ``rounding.inflate_lanes`
 |c| + sum |l| + sum |q|, bounds the sum over all its coefficients, so one number accounts for a whole
 row. Infinite or NaN entries can only arise from overflow and make ``bounds`` return (-inf, inf).
 
+Arrays: ``F`` (rows, Q + 3, LANES) forms; ``W`` (rows, >= 6, LANES) weights of six forms a row.
+
 ``S`` is a tuple of K zeros: its length is known to the compiler, which makes every loop one of fixed
 length. Signatures are explicit because numba would otherwise compile a copy of every kernel for each
 row number that a caller writes as a constant.

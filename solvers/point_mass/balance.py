@@ -1,4 +1,9 @@
-"""The balance of one to three cables and the load over a box of positions."""
+"""The balance of one to three cables and the load over a box of positions.
+
+Arrays, for m <= 3 cables: ``cables`` is an ``arrays.Cables`` of them, ``anchors`` (m, 3, 2) are theirs;
+``load`` (3, 2); ``box`` (3, 2) of positions, a cell; ``e`` (> m, 3) unit vectors; ``y`` (3,) a direction;
+``x`` (3 + m,) a position p, then multipliers; ``C`` (>= m, 3); ``cover`` (3 + m, 2) bounds x.
+"""
 
 from __future__ import annotations
 
@@ -16,7 +21,7 @@ from cdpr_interval.kernels.rounding import down, up
 
 @njit(cache=True, nogil=True)
 def form(y: Any, lo: Any, hi: Any) -> tuple[float, float]:
-    """Enclose y . v for v between the vectors lo and hi (3,)."""
+    """Enclose y . v for v between the vectors lo (3,) and hi (3,)."""
     slo, shi = 0.0, 0.0
     for j in range(3):
         a, b = mul(y[j], y[j], lo[j], hi[j])
@@ -47,7 +52,7 @@ def unit_vectors(cables: Any, load: Any, box: Any, e: Any) -> bool:
 
 @njit(cache=True, nogil=True)
 def least_norm(e: Any, n: int, r: Any, y: Any) -> bool:
-    """Write the shortest y with y . e_i = r_i for the first n <= 3 rows of e; False where singular."""
+    """Write the shortest y with y . e_i = r_i, r (>= n,), for n <= 3 rows of e; False where singular."""
     work = np.empty((3, 4))
     for i in range(n):
         for k in range(n):

@@ -1,4 +1,9 @@
-"""The subsets of inextensible cables that may carry the load at a pose whose taut cables are not known."""
+"""The subsets of inextensible cables that may carry the load at a pose whose taut cables are not known.
+
+Arrays: ``cables`` is an ``arrays.Cables`` of N cables, ``middle`` is ``(A, L, f)``, floats (N, 3), (N,),
+(3,); ``load`` (3, 2); ``taut`` (>= m,) the cables of a subset; ``outer`` (3, 2) holds the pose, ``most``
+(N,) bounds the tensions; ``box`` (3, 2) and ``tension`` (N, 2) are what the subset can contribute.
+"""
 
 from __future__ import annotations
 

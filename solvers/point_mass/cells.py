@@ -1,10 +1,14 @@
 """Branch and prune over the positions of a point mass, compiled: what decides one cell.
 
-A cell is a row ``x lo, x hi, y lo, y hi, z lo, z hi, share``. One search belongs to one set of taut
-cables; the context is ``(cables, others, load, limits, exact, low, ceiling)`` with ``cables`` the taut ones
-and ``others`` the cables that must be slack (both as in `solvers.point_mass.system.evaluate`), ``limits`` =
-(width below which existence is tried, smallest width), ``exact`` true where all given cables must be taut,
-and for elastic cables ``low`` a point (3,) at which their elastic energy is at most ``ceiling``.
+A cell is a row ``x lo, x hi, y lo, y hi, z lo, z hi, share``. One search belongs to one set of taut cables.
+
+Arrays: ``context`` is ``(cables, others, load, limits, exact, low, ceiling)``: ``cables`` is an
+``arrays.Cables`` of the m taut ones, ``others`` is an ``arrays.Cables`` of those that must be slack;
+``load`` (3, 2); ``limits`` (2,) the width below which existence is tried, and the smallest width; ``exact``
+is true where all given cables must be taut; for elastic cables ``low`` (3,) is a point at which their
+elastic energy is at most ``ceiling``. ``anchors`` (m, 3, 2); ``box`` (3, 2) of positions; ``x`` (3 + m,) a
+position, then multipliers, ``cover`` (3 + m, 2) bounds of these; ``cell`` (WIDTH,), ``children`` (>= 2,
+WIDTH).
 """
 
 from __future__ import annotations

@@ -4,6 +4,9 @@ For multipliers t >= 0 with sum T > 0 the Lagrangian -f . p + sum t_i / 2 (|p - 
 d + T / 2 |p - c|^2 with c = (f + sum t_i A_i) / T. At the lowest point p* it is at most -f . p*, which
 is at most -f . q for every point q of all balls. So T / 2 |p* - c|^2 <= -f . q - d: a ball around c, as
 small as the duality gap allows, whatever cables are taut, for all lengths in their ranges.
+
+Arrays: ``cables`` is an ``arrays.Cables``; ``load`` (3, 2); ``box`` (3, 2) of positions; ``q`` (3,) a
+point.
 """
 
 from __future__ import annotations
@@ -34,7 +37,10 @@ def inside_all(cables: Any, q: Any) -> bool:
 
 @njit(cache=True, nogil=True)
 def feasible_near(cables: Any, p: Any, deep: Any, q: Any) -> bool:
-    """Write the point nearest to ``p`` on the way to ``deep`` that is proved inside every ball."""
+    """Write the point nearest to ``p`` on the way to ``deep`` that is proved inside every ball.
+
+    ``p, deep`` : (3,).
+    """
     step = 1e-17
     while step < 1.0:
         for j in range(3):
@@ -129,6 +135,8 @@ def largest_tension(cables: Any, load: Any, box: Any, q: Any, c: int) -> float:
 @njit(cache=True, nogil=True)
 def closed_form_exists(cables: Any, load: Any, taut: Any, m: int) -> bool:
     """Return False when the spheres of two or three cables provably have no common point.
+
+    ``taut`` : (>= m,) these cables.
 
     Two spheres: l_i^2 - a^2 with a the distance of the circle's plane from A_i. Three: the square of the
     coordinate along m = d x e is (l_i^2 |m|^2 - |K_2 e - K_3 d|^2) / |m|^2.

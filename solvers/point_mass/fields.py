@@ -1,4 +1,7 @@
-"""From the enclosure of a pose to the fields a solution reports, in the units of the robot file."""
+"""From the enclosure of a pose to the fields a solution reports, in the units of the robot file.
+
+Arrays: ``cables`` is an ``arrays.Cables`` of N cables, ``anchors`` (N, 3, 2) are theirs.
+"""
 
 from __future__ import annotations
 
@@ -39,8 +42,6 @@ def report(
 
     Parameters
     ----------
-    cables
-        See `solvers.point_mass.system.evaluate`.
     frame : (9, 2)
         Rows: unit of length (m), unit of force (N), A_0 minus the centre of mass (3 rows, m), up (3
         rows), height of A_0 (m). Both units are powers of two.

@@ -8,6 +8,8 @@ vanishes some cable is taut (f is not zero) and E is strictly convex: there is e
 Lipschitz; between two points of a box its increments are (p - q) times a matrix of the hull of its
 generalised Jacobians (F. H. Clarke, Optimization and Nonsmooth Analysis, 1983, proposition 2.6.5), in
 which a cable that is taut in a part of the box only enters with every weight from 0 to 1.
+
+Arrays: ``cables`` is an ``arrays.Cables``; ``load`` (3, 2); ``box`` (3, 2) of positions.
 """
 
 from __future__ import annotations
@@ -48,7 +50,7 @@ def multiplier(cables: Any, c: int, box: Any) -> tuple[float, float, float, floa
 
 @njit(cache=True, nogil=True)
 def gradient_bounds(cables: Any, load: Any, box: Any, out: Any) -> None:
-    """Write an enclosure (3, 2) of F over a box."""
+    """Write an enclosure out (3, 2) of F over a box."""
     _, anchors, lengths, _, _ = cables
     for j in range(3):
         out[j, 0], out[j, 1] = -load[j, 1], -load[j, 0]
@@ -64,7 +66,7 @@ def gradient_bounds(cables: Any, load: Any, box: Any, out: Any) -> None:
 
 @njit(cache=True, nogil=True)
 def curvature(cables: Any, box: Any, out: Any) -> None:
-    """Write an enclosure (3, 3, 2) of all generalised Jacobians of F over a box."""
+    """Write an enclosure out (3, 3, 2) of all generalised Jacobians of F over a box."""
     _, anchors, lengths, _, w = cables
     e = np.empty((3, 2))
     out[:, :, :] = 0.0

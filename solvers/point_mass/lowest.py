@@ -4,6 +4,9 @@ Inextensible cables: minimise -f . p under |p - A_i| <= l_i. Multipliers t_i >= 
 sum t_i (p - A_i) = f. The problem is of LP type: the lowest point of all balls is that of at most three
 of them, and the lowest point of at most four balls without a common point shows that there is none.
 So a basis of one to three balls is exchanged against the most violated one until none is violated.
+
+Arrays: ``A`` (N, 3) exit points, ``L`` (N,) lengths, ``f`` (3,) load; ``p`` (3,) a point, and ``t`` (>= m,)
+the multipliers of the m cables that hold it.
 """
 
 from __future__ import annotations
@@ -138,10 +141,17 @@ def violation(A: Any, L: Any, p: Any, i: int) -> float:
 def exchange(A: Any, L: Any, f: Any, members: Any, n: int, basis: Any, p: Any, t: Any) -> int:
     """Find the lowest point of ``n`` <= 4 balls, the last of which is in the basis.
 
+    Parameters
+    ----------
+    members : (>= n,)
+        The balls.
+    basis, p, t : (>= 3,), (3,), (>= 3,)
+        Written: the new basis, its point and multipliers.
+
     Returns
     -------
     int
-        Size of the new basis (written with its p and t), 0 when no subset fits.
+        Size of the new basis, 0 when no subset fits.
     """
     best = EXCHANGE_ERROR
     size = 0

@@ -1,4 +1,12 @@
-"""The whole convex path in one compiled call: guess the pose, prove it, fill the reported fields."""
+"""The whole convex path in one compiled call: guess the pose, prove it, fill the reported fields.
+
+Arrays: ``cables`` is an ``arrays.Cables`` of N cables, ``elastic`` (N,), ``anchors`` (N, 3, 2) and
+``lengths`` (N, 2) as in it, ``constant`` (N,) and ``given`` (N, 2) their springs, ``load`` (3, 2) and
+``frame`` (9, 2) as `solvers.point_mass.arrays.RobotArrays` has them; ``A`` (N, 3), ``L`` (N,), ``k`` (N,),
+``f`` (3,) floats inside their enclosures; ``taut`` (>= m,) holds m taut cables, ``x`` (>= 3 + m,) a guess
+(p, t) for them, ``box`` (3 + m, 2) its enclosure; ``tension`` (N, 2), ``states`` (N,), ``bounds`` (4 + 2 N,
+2) as `balls_pose` has it.
+"""
 
 from __future__ import annotations
 
@@ -69,7 +77,10 @@ def middles(cables: Any, load: Any) -> Any:
 
 @njit(cache=True, nogil=True)
 def guess_elastic(A: Any, L: Any, k: Any, f: Any, taut: Any, x: Any) -> int:
-    """Write the minimum of the energy: the taut cables and x = (p, t); return their number."""
+    """Write the minimum of the energy: the taut cables and x = (p, t); return their number.
+
+    ``taut`` : (>= N,); ``x`` : (>= 3 + N,).
+    """
     count = A.shape[0]
     p = np.empty(3)
     t = np.empty(4)
@@ -97,7 +108,10 @@ def guess_elastic(A: Any, L: Any, k: Any, f: Any, taut: Any, x: Any) -> int:
 
 @njit(cache=True, nogil=True)
 def guess_inextensible(A: Any, L: Any, f: Any, taut: Any, x: Any) -> tuple[int, int]:
-    """Write the lowest point of the balls: the taut cables and x = (p, t); return status and number."""
+    """Write the lowest point of the balls: the taut cables and x = (p, t); return status and number.
+
+    ``taut`` : (>= 4,); ``x`` : (>= 7,).
+    """
     p = np.empty(3)
     t = np.empty(4)
     basis = np.empty(4, dtype=np.int64)

@@ -2,6 +2,10 @@
 
 E(p) = sum k_i / 2 max(0, |p - A_i| - l_i)^2 - f . p is convex; its gradient is piecewise smooth. Newton's
 method on the gradient with an exact search along each direction decreases E at every step.
+
+Arrays: ``A`` (N, 3) exit points, ``L`` (N,) lengths, ``k`` (N,) spring constants, ``f`` (3,) load; ``p, q``
+(3,) points, ``g`` (3,) a gradient, ``step`` (3,) a direction; ``work`` (3, 4) is scratch for a linear
+system.
 """
 
 from __future__ import annotations

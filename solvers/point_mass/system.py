@@ -9,6 +9,10 @@ with h_i = l_i for an inextensible cable and h_i = k_i l_i / (k_i - t_i) for an 
 tension = k_i (|e_i| - l_i) with tension = t_i |e_i|. Its Jacobian is a saddle matrix that stays regular as
 a cable gets stiffer.
 
+Arrays, for N cables of which m are taut: ``cables`` is an ``arrays.Cables``, ``context`` is ``(cables,
+load, taut, arms, C)``, see `residual`; ``anchors`` (N, 3, 2); ``arms`` (m, 3, 2) are e_i; ``box`` (3 + m,
+2) bounds p, then t; ``C`` (3 + m, 3 + m).
+
 References: R. Krawczyk, Computing 4 (1969), 187-201; A. Neumaier, Interval Methods for Systems of
 Equations (1990), theorems 5.1.8 and 5.2.2: if K(X) lies in the interior of X, then for every value of the
 parameters X holds exactly one zero, and it lies in K(X).
@@ -41,7 +45,7 @@ CONTRACTIONS = Contractions(most=6, gain=0.99)
 
 @kernel("void(f8[:, :, ::1], i8[::1], i8, f8[:, ::1], f8[:, :, ::1])")
 def arms_over(anchors: Any, taut: Any, m: int, box: Any, arms: Any) -> None:
-    """Enclose e_i = p - A_i (m, 3, 2) of the first m cables of ``taut`` (>= m,) over a box (>= 3, 2)."""
+    """Enclose e_i = p - A_i in arms (m, 3, 2), for m cables of ``taut`` (>= m,), over a box (>= 3, 2)."""
     for i in range(m):
         for j in range(3):
             lo, hi = anchors[taut[i], j, 0], anchors[taut[i], j, 1]

@@ -4,6 +4,12 @@
 box that the Krawczyk operator maps strictly into itself, and given the largest uniqueness box of a
 series. Only the entry calls the enclosures of cells: numba compiles what a function calls once more
 with every function above it, and those are the largest.
+
+Arrays, for n taut cables and m equations: ``box`` (6 + n, 2) encloses (u, p, t), ``lo, hi`` (6 + n,) its
+bounds; ``free`` (m,) a row of ``System.free``, ``frozen`` (3,) one of ``System.frozen``; ``cell`` (width,),
+``leaves`` (L, width), ``todo`` (L,) those left of them; ``model`` is an ``arrays.Model``, ``system`` is a
+``System``, ``bench`` is a ``Bench``, ``at`` is a ``Workplace``, ``columns`` are the ``Columns`` of the
+leaves.
 """
 
 from __future__ import annotations
@@ -114,7 +120,10 @@ class Workplace(NamedTuple):
 
 @njit("f8(f8[:, ::1], f8[:, ::1], f8[::1])", cache=True, nogil=True)
 def middle_position(box: Any, triple: Any, x: Any) -> float:
-    """Write x = p - c_1 at the middle of a box; return x . (d_2 x d_3) there, whose sign is the branch."""
+    """Write x = p - c_1 at the middle of a box; return x . (d_2 x d_3) there, whose sign is the branch.
+
+    ``triple`` : (3, 3) as ``triple_at`` writes it; ``x`` : (3,).
+    """
     side = 0.0
     for k in range(3):
         x[k] = 0.5 * (box[3 + k, 0] + box[3 + k, 1]) - triple[0, k]
@@ -136,7 +145,7 @@ def sides_around(box: Any, frozen: Any, reach: float, cell: Any) -> None:
 
 @njit("void(f8[:, ::1], f8[::1], f8[::1], i8[::1], f8, f8, f8[:, ::1])", cache=True, nogil=True)
 def widened(box: Any, lo: Any, hi: Any, free: Any, reach: float, size: float, out: Any) -> None:
-    """Write the hull of a proved box and an enclosure, with a margin, in the free unknowns.
+    """Write the hull of a proved box and an enclosure, with a margin, to the free unknowns of out (6 + n, 2).
 
     The margin is at least a share of what ``reach`` in u moves the platform (of this size) and the tensions:
     near a fold the poses hardly differ in height, and a box that flat would hold no cell.
@@ -197,7 +206,7 @@ def finite(C: Any) -> bool:
 
 @kernel("void(f8[:, ::1], f8[::1], f8[::1])")
 def ends(box: Any, lo: Any, hi: Any) -> None:
-    """Write the lower and the upper bounds (k,) of a box (k, 2)."""
+    """Write the lower bounds lo (k,) and the upper bounds hi (k,) of a box (k, 2)."""
     for i in range(lo.shape[0]):
         lo[i] = box[i, 0]
         hi[i] = box[i, 1]

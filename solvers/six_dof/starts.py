@@ -1,6 +1,8 @@
 """Where Newton starts: poses of leaves and tensions that go with them, in plain floats, proved elsewhere.
 
-``data`` are a model's numbers in one chart, see ``system.fill_data``.
+Arrays, for n taut cables: ``data`` (n + 1, 7, 2) a model's numbers in one chart, see ``system.fill_data``;
+``order`` (n,) a row of ``Model.orders``; ``z`` (6 + n,) the start (u, p, t); ``u`` (3,); ``R`` (3, 3) is
+R(u); ``leaf`` (width,), ``leaves`` (L, width), ``todo`` (L,) those left of them.
 """
 
 from __future__ import annotations
@@ -21,7 +23,10 @@ REGULARISATION = 1e-13
 
 @njit("void(f8[::1], f8[::1], f8, f8, f8, f8, f8[::1])", cache=True, nogil=True)
 def branch_position(a: Any, b: Any, k2: float, k3: float, square: float, branch: float, z: Any) -> None:
-    """Write x with a . x = k2, b . x = k3, |x|^2 = square on the side ``branch`` of a x b to z[3:6]."""
+    """Write x with a . x = k2, b . x = k3, |x|^2 = square on the side ``branch`` of a x b to z[3:6].
+
+    ``a, b`` : (3,).
+    """
     m = np.empty(3)
     for k in range(3):
         m[k] = a[(k + 1) % 3] * b[(k + 2) % 3] - a[(k + 2) % 3] * b[(k + 1) % 3]
@@ -39,7 +44,7 @@ def branch_position(a: Any, b: Any, k2: float, k3: float, square: float, branch:
 
 @njit("void(f8[:, :, ::1], f8[:, ::1], i8, f8[::1])", cache=True, nogil=True)
 def centre_at(data: Any, R: Any, i: int, out: Any) -> None:
-    """Write the centre c_i = A_i - R D_c b_i of a taut cable's sphere, in floats."""
+    """Write the centre c_i = A_i - R D_c b_i of a taut cable's sphere to out (3,), in floats."""
     for k in range(3):
         out[k] = 0.5 * (data[i, k, 0] + data[i, k, 1])
         for c in range(3):
@@ -83,7 +88,10 @@ def position_on_branch(data: Any, order: Any, planar: bool, branch: float, z: An
 
 @njit("void(f8[:, :, ::1], i8[::1], b1, f8[::1], b1, b1[::1], f8[::1])", cache=True, nogil=True)
 def leaf_pose(data: Any, order: Any, planar: bool, leaf: Any, in_position: bool, frozen: Any, z: Any) -> None:
-    """Write u and p at the middle of a leaf to z; what the reduction fixes becomes exactly 0."""
+    """Write u and p at the middle of a leaf to z; what the reduction fixes becomes exactly 0.
+
+    ``frozen`` : (3,) the entries of u that it fixes.
+    """
     for k in range(3):
         z[k] = 0.5 * (leaf[2 * k] + leaf[2 * k + 1])
     if in_position:
@@ -139,7 +147,7 @@ def starting_tensions(data: Any, size: float, z: Any) -> None:
 
 @njit("void(f8[::1], f8[:, ::1])", cache=True, nogil=True)
 def across_rod(u: Any, rows: Any) -> None:
-    """Fill the last two combinations of the statics equations: moments across the platform's z axis."""
+    """Fill the last two combinations of the statics, of rows (5, 6): moments across the platform's z axis."""
     R = np.empty((3, 3))
     rotation_at(u, R)
     # The half turns only change the sign of the axis, the third column. Two unit vectors across it:

@@ -11,7 +11,11 @@ reference's and whose rotation differs by at most ``radius / size`` rad. Over al
    box's half widths |E| r < r, so every matrix in C J is regular and there is no other zero in X and T; and
 4. the box lies in the region itself, not only in the bounds X of its u and p.
 
-A region too large for one of these is halved. ``z`` = (u, p, t) as in ``system``.
+A region too large for one of these is halved.
+
+Arrays, for n taut cables of N and m equations: ``z`` (6 + n,) is (u, p, t), see ``system``, and ``X`` (6 +
+n, 2) bounds it; ``R`` (3, 3, 2) encloses R(u) over the region; ``data`` (n + 1, 7, 2) holds A_i, D_c b_i
+and l_i^2, in its last row the load; ``free`` (m,) are the unknowns.
 """
 
 from __future__ import annotations
@@ -80,7 +84,10 @@ def region(z: Any, radius: float, size: float, X: Any) -> bool:
 
 @njit("void(f8[:, :, ::1], f8[:, ::1], f8[:, ::1], i8[::1], f8[:, :, ::1])", cache=True, nogil=True)
 def fill_data(cables: Any, load: Any, lengths: Any, chosen: Any, data: Any) -> None:
-    """Write A_i, D_c b_i and l_i^2 of the chosen cables, and the load, to ``data`` (n + 1, 7, 2)."""
+    """Write A_i, D_c b_i and l_i^2 of the chosen cables, and the load, to ``data`` (n + 1, 7, 2).
+
+    ``cables, load, lengths, chosen`` : (N, 6, 2), (3, 2), (N, 2), (n,).
+    """
     n = chosen.shape[0]
     for i in range(n):
         for k in range(6):
@@ -92,7 +99,7 @@ def fill_data(cables: Any, load: Any, lengths: Any, chosen: Any, data: Any) -> N
 
 @njit("void(f8[:, :, ::1], i8, f8[:, :, ::1], f8[:, ::1], f8[:, ::1], f8[:, ::1])", cache=True, nogil=True)
 def arm_and_spoke(data: Any, i: int, R: Any, X: Any, r: Any, e: Any) -> None:
-    """Enclose r_i and e_i (3, 2) of a cable over the region."""
+    """Enclose r_i in r (3, 2) and e_i in e (3, 2) of a cable over the region."""
     newton.matrix_point(R, data, i, r)
     for k in range(3):
         lo, hi = interval.sub(data[i, k, 0], data[i, k, 1], X[3 + k, 0], X[3 + k, 1])
@@ -101,7 +108,10 @@ def arm_and_spoke(data: Any, i: int, R: Any, X: Any, r: Any, e: Any) -> None:
 
 @njit("i8(f8[:, :, ::1], f8[:, :, ::1], f8[:, ::1])", cache=True, nogil=True)
 def tight_cable(others: Any, R: Any, X: Any) -> int:
-    """Return a cable of ``others`` that may be as long as its length somewhere in the region, else -1."""
+    """Return a cable of ``others`` that may be as long as its length somewhere in the region, else -1.
+
+    ``others`` : (N - n + 1, 7, 2) their numbers, as ``data``.
+    """
     r, e = np.empty((3, 2)), np.empty((3, 2))
     for i in range(others.shape[0] - 1):
         arm_and_spoke(others, i, R, X, r, e)
@@ -116,7 +126,7 @@ def tight_cable(others: Any, R: Any, X: Any) -> int:
 
 @njit("b1(f8[:, :, ::1], f8[:, :, ::1], f8[:, ::1], f8, f8[:, :, ::1])", cache=True, nogil=True)
 def tensions(data: Any, R: Any, X: Any, size: float, T: Any) -> bool:
-    """Enclose all t (n, 1, 2) that balance the load somewhere in the region; False where that fails.
+    """Enclose all t in T (n, 1, 2) that balance the load somewhere in the region; False where that fails.
 
     W t = -f with the wrenches W (6, n) implies B W t = -B f for any B (n, 6); B is the transpose of the
     middle of W, its moments divided by the square of ``size``.

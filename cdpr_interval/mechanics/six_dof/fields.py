@@ -69,7 +69,7 @@ class Fields(NamedTuple):
 
 @njit("void(f8[:, :, ::1], f8[:, :, ::1])", cache=True, nogil=True)
 def copy(a: Any, out: Any) -> None:
-    """Copy bounds (numba takes seconds to compile the checks of a slice's assignment)."""
+    """Copy the bounds a (k, l, 2) to out (k, l, 2), see ``box.copy``."""
     for i in range(a.shape[0]):
         for j in range(a.shape[1]):
             out[i, j, 0] = a[i, j, 0]
@@ -78,14 +78,14 @@ def copy(a: Any, out: Any) -> None:
 
 @njit("void(f8[:, :, ::1], f8[:, :, ::1], f8[:, :, ::1])", cache=True, nogil=True)
 def difference(a: Any, b: Any, out: Any) -> None:
-    """Enclose a - b of columns (3, 1, 2)."""
+    """Enclose a - b in out (3, 1, 2) for columns a, b (3, 1, 2)."""
     for k in range(3):
         out[k, 0, 0], out[k, 0, 1] = interval.sub(a[k, 0, 0], a[k, 0, 1], b[k, 0, 0], b[k, 0, 1])
 
 
 @njit("UniTuple(f8, 2)(f8[:, :, ::1])", cache=True, nogil=True)
 def norm(e: Any) -> tuple[float, float]:
-    """Enclose |e| of a column (3, 1, 2)."""
+    """Enclose |e| of a column e (3, 1, 2)."""
     slo, shi = 0.0, 0.0
     for k in range(3):
         lo, hi = interval.sqr(e[k, 0, 0], e[k, 0, 1])
@@ -96,7 +96,7 @@ def norm(e: Any) -> tuple[float, float]:
 
 @njit("void(f8[:, :, ::1], f8[:, :, ::1], f8[:, ::1])", cache=True, nogil=True)
 def wrench(e: Any, r: Any, out: Any) -> None:
-    """Write the bounds of (e, r x e) to out (6, 2)."""
+    """Write the bounds of (e, r x e) to out (6, 2), for columns e, r (3, 1, 2)."""
     for k in range(3):
         i, j = (k + 1) % 3, (k + 2) % 3
         out[k, 0], out[k, 1] = e[k, 0, 0], e[k, 0, 1]
@@ -107,7 +107,7 @@ def wrench(e: Any, r: Any, out: Any) -> None:
 
 @njit("b1(f8[:, :, ::1], f8[:, :, ::1], f8[:, ::1])", cache=True, nogil=True)
 def densities_by_balance(wrenches: Any, load: Any, t: Any) -> bool:
-    """Enclose t (6, 2) of six taut cables with wrenches (6, 6, 2) from the balance with the load."""
+    """Enclose t (6, 2) of six taut cables with wrenches (6, 6, 2) that balance the load (3, 1, 2)."""
     A = np.zeros((6, 7, 2))
     X = np.empty((6, 1, 2))
     for i in range(6):
@@ -124,9 +124,10 @@ def densities_by_balance(wrenches: Any, load: Any, t: Any) -> bool:
 
 @njit("void(f8[:, :, :, ::1], f8[:, :, :, ::1], f8[:, ::1], f8[:, :, ::1])", cache=True, nogil=True)
 def quadratic_form(spokes: Any, arms: Any, t: Any, Q: Any) -> None:
-    """Enclose the form Q (6, 6, 2) of ``stability`` in (v, omega), for spokes e_i and arms r_i (n, 3, 1, 2).
+    """Enclose the form Q (6, 6, 2) of ``stability`` in (v, omega).
 
-    With q = e + r the part in omega is t (q . r I - (q r^T + r q^T) / 2).
+    ``spokes, arms`` : (n, 3, 1, 2) e_i and r_i; ``t`` : (n, 2). With q = e + r the part in omega is
+    t (q . r I - (q r^T + r q^T) / 2).
     """
     Q[:, :, :] = 0.0
     q = np.empty((3, 2))
@@ -165,6 +166,8 @@ def quadratic_form(spokes: Any, arms: Any, t: Any, Q: Any) -> None:
 def stability(spokes: Any, arms: Any, t: Any, wrenches: Any) -> int:
     """Return ``STABLE``, ``UNSTABLE`` or ``OPEN``, given that all tensions of the taut cables are positive.
 
+    ``spokes, arms`` : (n, 3, 1, 2); ``t`` : (n, 2); ``wrenches`` : (n, 6, 2).
+
     Guarantee: what the form of ``cdpr_interval.mechanics.stability`` proves on the kernel of the wrenches.
     """
     n = t.shape[0]
@@ -189,12 +192,16 @@ def fill_fields(
 
     Parameters
     ----------
-    cables, frame, fields
-        See ``Cables``, ``FrameBounds`` and ``Fields``.
+    cables
+        ``Cables``.
+    frame
+        ``FrameBounds``.
     taut : (n,)
         Indices of the taut cables, in the boxes' order.
     lengths : (N, 2)
         Bounds of all lengths.
+    fields
+        ``Fields``, written.
 
     Guarantee
     ---------

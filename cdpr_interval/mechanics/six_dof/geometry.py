@@ -72,13 +72,13 @@ def middle_and_radius(lo: Lanes, hi: Lanes) -> tuple[Lanes, Lanes]:
 
 @kernel()
 def vector3(a: Any, i: int, j: int) -> tuple[Lanes, Lanes, Lanes]:
-    """Return a[i, j] of an array (n, N, 3) in every lane (a slice would be counted as a reference)."""
+    """Return a[i, j] of an array a (m, N, 3) in every lane (a slice would be counted as a reference)."""
     return splat(a[i, j, 0]), splat(a[i, j, 1]), splat(a[i, j, 2])
 
 
 @kernel()
 def first_vector(a: Any, i: int, j: int) -> tuple[Lanes, Lanes, Lanes]:
-    """Return a[0, i, j] of an array (4, N, N, 3) in every lane."""
+    """Return a[0, i, j] of an array a (4, N, N, 3) in every lane."""
     return splat(a[0, i, j, 0]), splat(a[0, i, j, 1]), splat(a[0, i, j, 2])
 
 

@@ -3,8 +3,12 @@
 Unknowns z = (u (3), p (3), t (n)) with t_i = tension_i / l_i; p is the centre of mass in the model's
 base frame. Equations: |e_i|^2 - l_i^2 = 0 (n), then the force and moment sums sum t_i e_i + f and
 sum t_i r_i x (A_i - p) (r_i x e_i is the same), of which a reduced problem keeps only combinations:
-``rows`` (m, 6) are the combinations of the six statics equations and ``free`` the indices of z
-that are not fixed, with len(free) = n + m. ``data`` are a model's numbers in one chart, see ``fill_data``.
+``rows`` are the combinations of the six statics equations and ``free`` the indices of the m unknowns that
+are not fixed. ``data`` are a model's numbers in one chart, see ``fill_data``.
+
+Arrays: ``data`` (n + 1, 7, 2), ``rows`` (m - n, 6), ``free`` (m,); ``C`` (m, m) is about the inverse of the
+reduced Jacobian; ``model`` is an ``arrays.Model``, ``context`` is ``(data, rows, free, C, z)``, see
+``residual``.
 
 Interval arrays have shape (..., 2); bounds of every entry enclose over the box. Signatures are explicit, and
 plain arrays: numba compiles a function that takes a whole model many times slower.
@@ -54,7 +58,7 @@ def fill_data(model: Any, chart: int, data: Any) -> None:
 
 @njit("void(f8[:, :, ::1], f8[:, :, ::1], i8, f8[:, ::1])", cache=True, nogil=True)
 def matrix_point(M: Any, data: Any, i: int, out: Any) -> None:
-    """Enclose M b_i in out (3, 2)."""
+    """Enclose M b_i in out (3, 2) for M (3, 3, 2)."""
     for r in range(3):
         lo, hi = 0.0, 0.0
         for c in range(3):
@@ -70,7 +74,10 @@ def matrix_point(M: Any, data: Any, i: int, out: Any) -> None:
     nogil=True,
 )
 def cable_derivatives(n: int, i: int, t0: float, t1: float, r: Any, q: Any, e: Any, dr: Any, J: Any) -> None:
-    """Add cable i's part of the derivatives by u and p."""
+    """Add cable i's part of the derivatives by u and p to J (n + 6, 6 + n, 2).
+
+    ``r, q, e`` : (3, 2) r_i, A_i - p and e_i; ``dr`` : (3, 3, 2) the derivatives of r_i by u.
+    """
     for k in range(3):
         # |e|^2 by u_k: -2 e . dr_k; by p_k: -2 e_k.
         s0, s1 = 0.0, 0.0
@@ -100,7 +107,10 @@ def cable_derivatives(n: int, i: int, t0: float, t1: float, r: Any, q: Any, e: A
 
 @njit("void(f8[:, :, ::1], f8[:, ::1], f8[:, ::1], f8[:, :, ::1], b1)", cache=True, nogil=True)
 def system(data: Any, z: Any, f: Any, J: Any, jacobian: bool) -> None:
-    """Enclose all n + 6 equations f (n + 6, 2) and, if asked, their derivatives J (n + 6, 6 + n, 2)."""
+    """Enclose all n + 6 equations f (n + 6, 2) and, if asked, their derivatives J (n + 6, 6 + n, 2).
+
+    Over a box z (6 + n, 2).
+    """
     n = data.shape[0] - 1
     R = np.empty((3, 3, 2))
     dR = np.empty((3, 3, 3, 2))
@@ -145,7 +155,7 @@ def system(data: Any, z: Any, f: Any, J: Any, jacobian: bool) -> None:
 
 @njit("void(i8, f8[:, ::1], f8[:, ::1], f8[:, ::1])", cache=True, nogil=True)
 def keep(n: int, rows: Any, f: Any, out: Any) -> None:
-    """Keep the n length equations and the combinations ``rows`` of the statics ones of f (n + 6, 2)."""
+    """Keep n lengths and the combinations ``rows`` of the statics of f (n + 6, 2) in out (m, 2)."""
     for i in range(n):
         out[i, 0] = f[i, 0]
         out[i, 1] = f[i, 1]
@@ -185,7 +195,7 @@ def jacobian_over(data: Any, rows: Any, free: Any, z: Any, f: Any, J: Any) -> No
 
 @njit("void(f8[:, :, ::1], f8[:, ::1], f8[:, ::1], f8[:, ::1])", cache=True, nogil=True)
 def residual_at(data: Any, rows: Any, z: Any, out: Any) -> None:
-    """Enclose the reduced equations (m, 2) over the box z (6 + n, 2)."""
+    """Enclose the reduced equations in out (m, 2) over the box z (6 + n, 2)."""
     n = data.shape[0] - 1
     f = np.empty((n + 6, 2))
     unused = np.empty((1, 1, 2))

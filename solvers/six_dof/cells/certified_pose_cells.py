@@ -3,6 +3,10 @@
 The tests are those of the checker, on the solver's forms: a form is bounded by its value and the sizes of
 its coefficients, and the equations are solved for the symbols that complete pivoting chooses, or a cut would
 not be confirmed. Nothing here needs to be rigorous, as what is noted is checked.
+
+Arrays: as in ``cells.tests``; ``boxes`` (m, 13) of roots: chart, then (lo, hi) of (u, x); ``notes`` (rows,
+COLUMNS + 1 + DATA), those of the batch from ``first``; ``note`` (COLUMNS + 1 + DATA,) one of them;
+``context`` is a ``noted.Certified``.
 """
 
 from __future__ import annotations
@@ -148,8 +152,7 @@ def cut(
 ) -> None:
     """Cut the open lanes to what the solved equations allow, where that is useful: they become SMALLER.
 
-    ``states`` : (LANES,); ``notes`` : (rows, COLUMNS + 1 + DATA), those of the batch from ``first``: the
-    bounds that are left are written to their data.
+    The bounds that are left are written to the data of the notes.
     """
     for lane in range(count):
         for k in range(12):
@@ -209,10 +212,7 @@ def stays_positive(F: Forms, W: LaneArray, n: int, rank: int, S: Symbols) -> Lan
 
 @kernel()
 def settle_by_boxes(boxes: Any, C: LaneArray, states: Any) -> None:
-    """Mark as SETTLED the open lanes that lie in a root's box.
-
-    ``boxes`` : (m, 13), chart, then (lo, hi) of (u, x). ``states`` : (LANES,).
-    """
+    """Mark as SETTLED the open lanes that lie in a root's box."""
     for lane in range(LANES):
         for i in range(boxes.shape[0]):
             inside = states[lane] == OPEN and boxes[i, 0] == C[0, pose.CHART, lane]
@@ -236,11 +236,7 @@ def look(
     count: int,
     S: Symbols,
 ) -> None:
-    """Give the lanes their states: settled, excluded, SMALLER or still open; write the data of their notes.
-
-    ``boxes`` : (m, 13); ``states`` : (LANES,); ``notes`` : (rows, COLUMNS + 1 + DATA), those of the batch
-    from ``first``.
-    """
+    """Give the lanes their states: settled, excluded, SMALLER or still open; write data of their notes."""
     settle_by_boxes(boxes, C, states)
     rotation_rows(F, C, pose.CHART, S)
     triple_rows(F, model, S)
@@ -274,7 +270,7 @@ def look(
 
 @kernel()
 def split(C: LaneArray, lane: int, children: Any, smallest: float, unit: float, note: Any) -> int:
-    """Halve a lane in its longest entry, or give it up, and note which. ``children`` : (2 LANES, width)."""
+    """Halve a lane in its longest entry, or give it up, and note which."""
     best, width = 0, -1.0
     for k in range(6):
         w = (C[0, 2 * k + 1, lane] - C[0, 2 * k, lane]) * (1.0 if k < 3 else POSITION_SHARE / unit)

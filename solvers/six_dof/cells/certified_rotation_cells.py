@@ -2,6 +2,9 @@
 
 A cell is excluded for a reason that a certificate can name, settled by a root's box in (u, x), handed on, or
 halved: no contraction. Nothing here needs to be rigorous, as what is noted is checked.
+
+Arrays: as in ``cells.tests``; ``boxes`` (m, 13) of roots: chart, then lo and hi of (u, x); ``context`` is a
+``noted.Certified``.
 """
 
 from __future__ import annotations
@@ -26,10 +29,7 @@ from solvers.six_dof.cells.noted_rotation_cells import COLUMNS, note_fates
 def settle_by_boxes(
     F: Forms, W: LaneArray, model: Any, boxes: Any, C: LaneArray, states: Any, S: Symbols
 ) -> None:
-    """Mark as SETTLED the open lanes that lie in a root's box, the position too.
-
-    ``boxes`` : (m, 13), chart, then lo and hi of (u, x). ``states`` : (LANES,).
-    """
+    """Mark as SETTLED the open lanes that lie in a root's box, the position too."""
     for k in range(3):
         lo, hi = bounds(F, POSITION + k, S)
         store(W, PLACES, k, lo)
@@ -50,7 +50,7 @@ def settle_by_boxes(
 
 @kernel()
 def verdict(C: LaneArray, lane: int, state: int, children: Any, smallest: float) -> int:
-    """Write a lane's children or leaf; see ``engine.batches``. ``children`` : (2 LANES, width)."""
+    """Write a lane's children or leaf; see ``engine.batches``."""
     width = turn.width_of(C, lane)
     if is_empty(state):
         return 0

@@ -2,6 +2,9 @@
 
 It notes the fates for which certificates have a rule. What the solver does beyond them (contraction by
 statics, roots' boxes in position and tensions) is not noted; see ``certified_rotation_cells``.
+
+Arrays: as in ``cells.tests``; ``notes`` (rows, COLUMNS + 1 + DATA), those of the batch from ``first``;
+``context`` is a ``noted.Noted``.
 """
 
 from __future__ import annotations
@@ -43,10 +46,7 @@ DATA = 6
 def note_cables(
     F: Forms, W: LaneArray, model: Any, count: int, states: Any, notes: Any, first: int, S: Symbols
 ) -> None:
-    """Note for every lane that is NOT_SLACK the cable that is too long by the largest bound.
-
-    ``states`` : (LANES,); ``notes`` : (rows, COLUMNS + 1 + DATA), those of the batch from ``first``.
-    """
+    """Note for every lane that is NOT_SLACK the cable that is too long by the largest bound."""
     for lane in range(count):
         notes[first + lane, COLUMNS + 2] = 0.0
     for i in range(model.n_taut, model.lengths.shape[0]):
@@ -72,10 +72,7 @@ def alone(W: LaneArray, lane: int) -> Lanes:
 def note_directions(
     F: Forms, W: LaneArray, model: Any, count: int, states: Any, notes: Any, first: int, S: Symbols
 ) -> None:
-    """Note for every lane that is UNBALANCED a direction y: it is found anew, lane by lane.
-
-    ``states`` : (LANES,); ``notes`` : (rows, COLUMNS + 1 + DATA), those of the batch from ``first``.
-    """
+    """Note for every lane that is UNBALANCED a direction y: it is found anew, lane by lane."""
     rank = 0
     for lane in range(LANES):
         for s in range(MOST_TAUT):
@@ -91,10 +88,7 @@ def note_directions(
 
 @kernel()
 def note_fates(context: Any, count: int, children: Any) -> None:
-    """Add the fates to the notes of a batch.
-
-    ``context`` : a ``noted.Noted`` or ``Certified``; ``children`` : (2 LANES, width).
-    """
+    """Add the fates to the notes of a batch; the context is a ``noted.Noted`` or a ``noted.Certified``."""
     model, notes, noted = context.model, context.notes, context.noted
     S, F, W, C, states, verdicts = context.scratch
     first = noted[0]

@@ -5,7 +5,7 @@ lengths of the taut cables are solved for as many of the six symbols as they fix
 to what is left and taken out of every other form (``contraction``). It does not matter which
 symbols they are: where centres coincide the rotation is fixed by the position, not the other way round.
 
-Arrays: as in ``cells.tests``; a cell has the columns ``POSE_COLUMNS``.
+Arrays: as in ``cells.tests``; a cell has the columns ``POSE_COLUMNS``; ``context`` is a ``kinds.Context``.
 """
 
 from __future__ import annotations

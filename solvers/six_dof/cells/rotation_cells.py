@@ -4,7 +4,8 @@
 where the centres come close to one line, or where the position turns too fast, the cell is handed on to
 the search in (u, x) of ``pose_cells``, which needs no branch.
 
-Arrays: as in ``cells.tests``; a cell has the columns ``ROTATION_COLUMNS``.
+Arrays: as in ``cells.tests``; a cell has the columns ``ROTATION_COLUMNS``; ``context`` is a
+``kinds.Context``.
 """
 
 from __future__ import annotations
