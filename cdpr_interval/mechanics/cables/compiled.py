@@ -11,12 +11,11 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from numba import njit
-
 from cdpr_interval.kernels.interval import div, sqr, sub
+from cdpr_interval.kernels.kernel import kernel
 
 
-@njit(cache=True, nogil=True)
+@kernel(inline="always")
 def reach(cables: Any, c: int, t_lo: float, t_hi: float) -> tuple[float, float]:
     """Enclose h(t): the distance at which cable ``c`` has the density t; the line where t reaches k."""
     elastic, _, lengths, k, w = cables
@@ -29,7 +28,7 @@ def reach(cables: Any, c: int, t_lo: float, t_hi: float) -> tuple[float, float]:
     return div(w[c, 0], w[c, 1], lo, hi)
 
 
-@njit(cache=True, nogil=True)
+@kernel(inline="always")
 def compliance(cables: Any, c: int, t_lo: float, t_hi: float) -> tuple[float, float]:
     """Enclose d/dt (-h(t)^2 / 2) = -h^2 / (k - t) of cable ``c``."""
     elastic, _, _, k, _ = cables
@@ -42,7 +41,7 @@ def compliance(cables: Any, c: int, t_lo: float, t_hi: float) -> tuple[float, fl
     return -hi, -lo
 
 
-@njit(cache=True, nogil=True)
+@kernel(inline="always")
 def density(cables: Any, c: int, near: float, far: float) -> tuple[float, float]:
     """Enclose max(0, k - k l / rho) of an elastic cable ``c`` for distances rho from near > 0 to far."""
     _, _, _, k, w = cables
