@@ -47,7 +47,7 @@ def depth_first(
         Cells; rows ``0 .. count - 1`` are pending on entry and on return.
     leaves, kinds : (m, width), (m,)
         Filled with the leaves found and their kinds.
-    children : (MAX_CHILDREN, width)
+    children : (>= MAX_CHILDREN, width)
         Scratch.
     cell_limit
         Cells looked at before returning.

@@ -199,7 +199,7 @@ def lowest_point(A: Any, L: Any, f: Any, basis: Any, p: Any, t: Any) -> tuple[in
     ----------
     A, L, f : (N, 3), (N,), (3,)
         Exit points, lengths and load.
-    basis, p, t : (4,), (3,), (3,)
+    basis, p, t : (4,), (3,), (>= 3,)
         Written: the cables that carry the load (or up to four balls without a common point), the
         point and the multipliers.
 
