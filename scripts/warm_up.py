@@ -1,6 +1,6 @@
 """Compile every kernel into numba's cache, once, before several processes need them.
 
-Run as ``python scripts/warm_up.py``: two minutes of processor time with an empty cache, else a few seconds.
+Run as ``python scripts/warm_up.py``: two to three minutes of processor time with an empty cache, else a few seconds.
 """
 
 from __future__ import annotations
@@ -11,6 +11,10 @@ import time
 
 from cdpr_interval import load_robot
 from solvers import PointMass, Tracker, forward_kinematics
+from solvers.forward import answer_question, pose_problem
+from solvers.proofs.document import certificate_bytes
+from solvers.questions.problem import Options
+from solvers.six_dof.record import Record
 
 PACKAGES = (
     "cdpr_interval.kernels",
@@ -43,6 +47,10 @@ def warm_up() -> None:
             PointMass(robot).solve(floats)
         else:
             Tracker(robot, result.solutions[0]).update(floats)
+    # The searches of a certificate have kernels of their own.
+    options = Options(record=Record())
+    problem = pose_problem(robot, lengths, None, None, options)
+    certificate_bytes(problem, options, answer_question(problem, options))
 
 
 def main() -> None:
