@@ -1,6 +1,6 @@
 """Compile every kernel into numba's cache, once, before several processes need them.
 
-Run as ``python scripts/warm_up.py``: two to three minutes of processor time with an empty cache, else a few seconds.
+Run as ``python scripts/warm_up.py``: some two minutes of processor time with an empty cache, else seconds.
 """
 
 from __future__ import annotations
