@@ -6,9 +6,9 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from cdpr_interval.engine.budget import Budget, Stop
-from solvers.six_dof.cells.noted import NotedTurns
 
 if TYPE_CHECKING:
+    from solvers.six_dof.cells.noted import NotedTurns
     from solvers.six_dof.reduction import Reduced
     from solvers.six_dof.roots import Root
     from solvers.six_dof.subset_search import SubsetSearch
@@ -33,6 +33,9 @@ class Record:
 
     def observer(self) -> NotedTurns:
         """Return the observer of a search."""
+        # Its kernels are loaded when a certificate is asked for, never before.
+        from solvers.six_dof.cells.noted import NotedTurns
+
         return NotedTurns()
 
     def keep(self, taut: tuple[int, ...], reduced: Reduced, subset: SubsetSearch, notes: NotedTurns) -> None:

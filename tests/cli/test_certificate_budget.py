@@ -53,6 +53,18 @@ def test_the_answer_is_the_same_bit_by_bit_when_it_is_recorded(robot, lengths, t
     assert [s.cells for s in seen.subsets] == [s.cells for s in plain.subsets]
 
 
+def test_kernels_of_certificates_are_loaded_for_certificates_only():
+    code = (
+        "import sys\n"
+        "from solvers.commands import fk\n"
+        "from solvers.six_dof.record import Record\n"
+        "assert 'solvers.six_dof.cells.noted' not in sys.modules and 'numba' not in sys.modules\n"
+        "Record().observer()\n"
+        "assert 'solvers.six_dof.cells.noted' in sys.modules\n"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True, timeout=PATIENCE * 10)
+
+
 def test_one_certificate_whatever_the_threads():
     one, two = (certificate_bytes(*asked("uc3", "7.5,8,7", threads=n)) for n in (1, 2))
     assert one == two

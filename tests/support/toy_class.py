@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from fractions import Fraction
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -100,5 +101,11 @@ class PlumbClass:
         return Answer((solution,), subsets=(report,))
 
     def follower(self, robot: Plumb, start: Solution) -> Callable[[Any], Any]:
-        """Step 4 goes on: not needed where no winch moves the robot."""
-        raise NotImplementedError
+        """Step 4 goes on: the one pose for any lengths, so the start does not matter."""
+
+        def follow(ranges: Any) -> Any:
+            lengths = tuple((Fraction(lo), Fraction(hi)) for lo, hi in ranges.tolist())
+            (pose,) = self.forward(Problem(robot, lengths), Options()).solutions
+            return SimpleNamespace(proved=True, reason="", states=pose.cable_states, tensions=pose.tensions)
+
+        return follow

@@ -8,6 +8,7 @@ from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from cdpr_interval import load_robot
@@ -55,6 +56,8 @@ def test_a_class_of_robots(bob) -> None:
     assert result.solutions[0].position.tolist() == [[1.0, 1.0], [2.0, 2.0], [0.5, 0.5]]
     assert Result.from_json(result.to_json()).to_json() == result.to_json()
     assert result.verify(robot) == []
+    followed = classes.class_of(robot).follower(robot, result.solutions[0])(np.array([[1.0, 2.0]]))
+    assert followed.proved and followed.states == result.solutions[0].cable_states
     with pytest.raises(InputError, match="method: a plumb bob has none"):
         forward_kinematics(robot, ["2"], method="search")
 
