@@ -336,10 +336,10 @@ def of_platform(problem: Problem, chosen: Sequence[int]) -> Report:
     """Report on two cables of a platform."""
     if len(chosen) != 2:
         raise NotSupportedError(f"a platform: eliminants are derived of two taut cables, not {len(chosen)}")
-    anchors, load = problem.loaded.arms, [rational(v) for v in problem.load]
+    arms, load = problem.loaded.arms, [rational(v) for v in problem.load]
     data = planar.Planar(
         exits_of(problem.robot, chosen),
-        [[rational(v) for v in anchors[i]] for i in chosen],
+        [[rational(v) for v in arms[i]] for i in chosen],
         load,
         [rational(problem.lengths[i][0]) for i in chosen],
     )

@@ -168,7 +168,7 @@ def show(folder: str, job: int, as_json: bool, certificate: str | None) -> int:
     from solvers.answers.table import print_result
     from solvers.batch.campaign import result_of
     from solvers.batch.ledger import Ledger
-    from solvers.commands.json_target import JsonTarget
+    from solvers.commands.target import JsonTarget
 
     with Ledger.peek(Path(folder)) as ledger:
         document = result_of(ledger, job)

@@ -10,8 +10,8 @@ import click
 
 from solvers.commands.external_force import LABEL, external_force_option, read_external_force
 from solvers.commands.interrupt import Signals, interruptible
-from solvers.commands.json_target import JsonTarget
 from solvers.commands.numbers import read_count, read_float
+from solvers.commands.target import JsonTarget
 from solvers.questions.errors import InputErrors
 
 if TYPE_CHECKING:

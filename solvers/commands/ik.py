@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from solvers.commands.external_force import external_force_option, read_external_force
-from solvers.commands.json_target import JsonTarget
 from solvers.commands.numbers import read_float
+from solvers.commands.target import JsonTarget
 from solvers.questions.errors import InputErrors
 
 if TYPE_CHECKING:

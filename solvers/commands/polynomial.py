@@ -7,7 +7,7 @@ from typing import Any
 import click
 
 from solvers.commands.external_force import external_force_option, read_external_force
-from solvers.commands.json_target import JsonTarget
+from solvers.commands.target import JsonTarget
 
 
 @click.command("polynomial", short_help="The exact polynomials of a subset of taut cables, compared with fk.")

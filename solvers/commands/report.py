@@ -29,7 +29,7 @@ def command(
     """
     from cdpr_interval.errors import InputError
     from solvers.cli import ExitCode
-    from solvers.commands.json_target import JsonTarget
+    from solvers.commands.target import JsonTarget
 
     target = JsonTarget(out, "--out")
     target.require_writable()

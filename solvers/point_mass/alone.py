@@ -161,9 +161,9 @@ def exact_corners(problem: Problem, taut: tuple[int, ...]) -> dict[tuple[int, ..
     lengths = exact_lengths(problem, taut)
     if lengths is None or problem.robot.is_elastic:
         return {}
-    anchors = [problem.loaded.exits[i] for i in taut]
+    exits = [problem.loaded.exits[i] for i in taut]
     fewer = (few for size in range(1, len(taut)) for few in combinations(range(len(taut)), size))
-    found = corners(anchors, lengths, problem.load, fewer)
+    found = corners(exits, lengths, problem.load, fewer)
     return {tuple(taut[k] for k in few): pose for few, pose in found}
 
 
@@ -191,8 +191,8 @@ def exact_pose_of(problem: Problem, taut: tuple[int, ...]) -> ExactPose | None:
     """Return the subset's pose in exact arithmetic, for exact lengths of inextensible cables."""
     if not _is_exact(problem):
         return None
-    anchors = [problem.loaded.exits[i] for i in taut]
-    return exact_pose(anchors, [problem.lengths[i][0] for i in taut], problem.load)
+    exits = [problem.loaded.exits[i] for i in taut]
+    return exact_pose(exits, [problem.lengths[i][0] for i in taut], problem.load)
 
 
 def _is_exact(problem: Problem) -> bool:
@@ -253,10 +253,10 @@ def merged_solutions(problem: Problem, claims: list[Claim], proof: Proof) -> Ite
         same = [first]
         if first.exact is not None:
             for other in list(left):
-                anchors = [problem.loaded.exits[i] for i in other.taut]
+                exits = [problem.loaded.exits[i] for i in other.taut]
                 sizes: list[Fraction] = [problem.lengths[i][0] for i in other.taut]
                 if _meet(first.fields.position, other.fields.position) and is_pose_of(
-                    first.exact, anchors, sizes, problem.load
+                    first.exact, exits, sizes, problem.load
                 ):
                     same.append(other)
                     left.remove(other)

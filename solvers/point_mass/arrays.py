@@ -29,7 +29,7 @@ NO_LOAD = "load: the weight and the external force cancel; without a load the po
 
 
 Cables = tuple[NDArray[np.bool_], Bounds, Bounds, Bounds, Bounds]
-"""``(elastic, anchors, lengths, k, w)``: what the kernels know of the cables, (lo, hi) on the last axis. (N,)
+"""``(elastic, exits, lengths, k, w)``: what the kernels know of the cables, (lo, hi) on the last axis. (N,)
 flags; (N, 3, 2) exit points relative to A_0; (N, 2) lengths, spring constants k and products w = k l."""
 
 
@@ -45,7 +45,7 @@ class RobotArrays:
     elastic: NDArray[np.bool_]
     constant: NDArray[np.bool_]
     """(N,) True where the spring constant is given, False where EA is."""
-    anchors: Bounds
+    exit_bounds: Bounds
     given: Bounds
     """(N, 2) spring constant or EA, in the kernels' units."""
     load: Bounds
@@ -65,7 +65,7 @@ class RobotArrays:
 
     @cached_property
     def centre(self) -> Vector:
-        """The centre of mass, and with it all platform anchors, in the platform frame, m."""
+        """The centre of mass, and with it all anchors, in the platform frame, m."""
         return exact_point(self.robot.platform.centre_of_mass)
 
 
@@ -118,7 +118,7 @@ def build_arrays(robot: Robot, load: Vector) -> RobotArrays:
         raise NotSupportedError("elastic and inextensible cables in one robot are not supported yet")
     exits = tuple(exact_point(cable.frame_anchor) for cable in robot.cables)
     origin = exits[0]
-    unit, anchors = _anchors(exits)
+    unit, exit_bounds = _exit_bounds(exits)
     force_unit = _force_unit(load)
     return RobotArrays(
         robot=robot,
@@ -128,7 +128,7 @@ def build_arrays(robot: Robot, load: Vector) -> RobotArrays:
         constant=np.array(
             [c.elasticity is not None and c.elasticity.stiffness is not None for c in robot.cables]
         ),
-        anchors=anchors,
+        exit_bounds=exit_bounds,
         given=_given(robot, Fraction(unit), Fraction(force_unit)),
         load=_load_bounds(load, force_unit),
         frame=_frame(
@@ -142,13 +142,13 @@ def build_arrays(robot: Robot, load: Vector) -> RobotArrays:
 
 
 @lru_cache(maxsize=MOST_KEPT)
-def _anchors(anchors: tuple[Vector, ...]) -> tuple[float, Bounds]:
+def _exit_bounds(exits: tuple[Vector, ...]) -> tuple[float, Bounds]:
     """Return the unit of length, and the exit points (N, 3, 2) in it relative to the first.
 
     Kept, like all of a robot that does not depend on its springs: a batch asks for thousands of robots that
     differ in nothing else.
     """
-    relative = [x - o for anchor in anchors for x, o in zip(anchor, anchors[0], strict=True)]
+    relative = [x - o for exit_point in exits for x, o in zip(exit_point, exits[0], strict=True)]
     unit = power_of_two(max(abs(x) for x in relative))
     scale = Fraction(unit)
     return unit, _bounds(x / scale for x in relative).reshape(-1, 3, 2)
@@ -236,5 +236,5 @@ def exact_ends(ranges: Sequence[LengthRange]) -> list[Fraction] | None:
 def select(cables: Cables, chosen: Sequence[int]) -> Cables:
     """Return the arrays of some of the cables."""
     index = np.array(chosen, dtype=np.int64)
-    elastic, anchors, lengths, stiffness, axial = cables
-    return elastic[index], anchors[index], lengths[index], stiffness[index], axial[index]
+    elastic, exits, lengths, stiffness, axial = cables
+    return elastic[index], exits[index], lengths[index], stiffness[index], axial[index]

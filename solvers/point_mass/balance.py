@@ -1,6 +1,6 @@
 """The balance of one to three cables and the load over a box of positions.
 
-Arrays, for m <= 3 cables: ``cables`` is an ``arrays.Cables`` of them, ``anchors`` (m, 3, 2) are theirs;
+Arrays, for m <= 3 cables: ``cables`` is an ``arrays.Cables`` of them, ``exits`` (m, 3, 2) are theirs;
 ``load`` (3, 2); ``box`` (3, 2) of positions, a cell; ``e`` (> m, 3) unit vectors; ``y`` (3,) a direction;
 ``x`` (3 + m,) a position p, then multipliers; ``C`` (>= m, 3); ``cover`` (3 + m, 2) bounds x.
 """
@@ -32,13 +32,13 @@ def form(y: Any, lo: Any, hi: Any) -> tuple[float, float]:
 @njit(cache=True, nogil=True)
 def unit_vectors(cables: Any, load: Any, box: Any, e: Any) -> bool:
     """Write the unit vectors from the cell's centre to the exit points, then that of the load, rows of e."""
-    anchors = cables[1]
-    m = anchors.shape[0]
+    exits = cables[1]
+    m = exits.shape[0]
     for i in range(m + 1):
         total = 0.0
         for j in range(3):
             if i < m:
-                e[i, j] = mid(anchors[i, j, 0], anchors[i, j, 1]) - mid(box[j, 0], box[j, 1])
+                e[i, j] = mid(exits[i, j, 0], exits[i, j, 1]) - mid(box[j, 0], box[j, 1])
             else:
                 e[i, j] = mid(load[j, 0], load[j, 1])
             total += e[i, j] * e[i, j]
@@ -70,13 +70,13 @@ def least_norm(e: Any, n: int, r: Any, y: Any) -> bool:
 @njit(cache=True, nogil=True)
 def separates(cables: Any, load: Any, box: Any, y: Any) -> bool:
     """Prove y . (A_i - p) > 0 for every cable and y . f > 0 over the whole box."""
-    anchors = cables[1]
+    exits = cables[1]
     if not form(y, load[:, 0], load[:, 1])[0] > 0.0:
         return False
     lo, hi = np.empty(3), np.empty(3)
-    for i in range(anchors.shape[0]):
+    for i in range(exits.shape[0]):
         for j in range(3):
-            lo[j], hi[j] = sub(anchors[i, j, 0], anchors[i, j, 1], box[j, 0], box[j, 1])
+            lo[j], hi[j] = sub(exits[i, j, 0], exits[i, j, 1], box[j, 0], box[j, 1])
         if not form(y, lo, hi)[0] > 0.0:
             return False
     return True
@@ -118,17 +118,17 @@ def unbalanced(cables: Any, load: Any, box: Any) -> bool:
 
 
 @kernel()
-def left_inverse(anchors: Any, load: Any, m: int, x: Any, C: Any) -> bool:
-    """Write an approximate left inverse of the arms at p, and the multipliers that balance best there.
+def left_inverse(exits: Any, load: Any, m: int, x: Any, C: Any) -> bool:
+    """Write an approximate left inverse of the spokes at p, and the multipliers that balance best there.
 
-    ``anchors`` (m, 3, 2), ``load`` (3, 2), C (>= m, 3); x (3 + m,) is p, then these multipliers. False where
-    the arms seem dependent.
+    ``exits`` (m, 3, 2), ``load`` (3, 2), C (>= m, 3); x (3 + m,) is p, then these multipliers. False where
+    the spokes seem dependent.
     """
     gram = np.empty((3, 7))
     e = np.empty((3, 3))
     for j in range(3):
         for i in range(m):
-            e[i, j] = x[j] - mid(anchors[i, j, 0], anchors[i, j, 1])
+            e[i, j] = x[j] - mid(exits[i, j, 0], exits[i, j, 1])
     for i in range(m):
         for k in range(m):
             gram[i, k] = e[i, 0] * e[k, 0] + e[i, 1] * e[k, 1] + e[i, 2] * e[k, 2]
@@ -145,15 +145,15 @@ def left_inverse(anchors: Any, load: Any, m: int, x: Any, C: Any) -> bool:
 
 
 @kernel()
-def least_squares_error(anchors: Any, load: Any, m: int, box: Any, x: Any, C: Any) -> tuple[float, float]:
+def least_squares_error(exits: Any, load: Any, m: int, box: Any, x: Any, C: Any) -> tuple[float, float]:
     """Bound |I - C E| and |C (f - E s)| (largest norms) over a cell (3, 2); arrays as in `left_inverse`."""
-    arm = np.empty((3, 3, 2))
+    spoke = np.empty((3, 3, 2))
     rest = np.empty((3, 2))
     for j in range(3):
         rest[j, 0], rest[j, 1] = load[j, 0], load[j, 1]
         for i in range(m):
-            arm[i, j, 0], arm[i, j, 1] = sub(box[j, 0], box[j, 1], anchors[i, j, 0], anchors[i, j, 1])
-            lo, hi = scale(x[3 + i], arm[i, j, 0], arm[i, j, 1])
+            spoke[i, j, 0], spoke[i, j, 1] = sub(box[j, 0], box[j, 1], exits[i, j, 0], exits[i, j, 1])
+            lo, hi = scale(x[3 + i], spoke[i, j, 0], spoke[i, j, 1])
             rest[j, 0], rest[j, 1] = sub(rest[j, 0], rest[j, 1], lo, hi)
     beta, error = 0.0, 0.0
     for i in range(m):
@@ -161,7 +161,7 @@ def least_squares_error(anchors: Any, load: Any, m: int, box: Any, x: Any, C: An
         for k in range(m):
             slo, shi = (1.0, 1.0) if i == k else (0.0, 0.0)
             for j in range(3):
-                lo, hi = scale(C[i, j], arm[k, j, 0], arm[k, j, 1])
+                lo, hi = scale(C[i, j], spoke[k, j, 0], spoke[k, j, 1])
                 slo, shi = sub(slo, shi, lo, hi)
             total = up(total + mag(slo, shi))
         beta = max(beta, total)
@@ -177,7 +177,7 @@ def least_squares_error(anchors: Any, load: Any, m: int, box: Any, x: Any, C: An
 def tension_cover(cables: Any, load: Any, box: Any, x: Any, cover: Any) -> bool:
     """Enclose every vector of multipliers that can balance the load over the cell.
 
-    Verified least squares: with E the (3, m) matrix of the arms, C an approximate left inverse at the
+    Verified least squares: with E the (3, m) matrix of the spokes, C an approximate left inverse at the
     centre and s the multipliers there, every solution is s + d with |d| <= |C (f - E s)| / (1 - |I - C E|)
     (largest norms), provided |I - C E| < 1, which also proves full column rank over the cell.
 
@@ -195,15 +195,15 @@ def tension_cover(cables: Any, load: Any, box: Any, x: Any, cover: Any) -> bool:
     bool
         False when full column rank is not proved.
     """
-    anchors = cables[1]
-    m = anchors.shape[0]
+    exits = cables[1]
+    m = exits.shape[0]
     C = np.empty((3, 3))
     for j in range(3):
         x[j] = mid(box[j, 0], box[j, 1])
         cover[j, 0], cover[j, 1] = box[j, 0], box[j, 1]
-    if not left_inverse(anchors, load, m, x, C):
+    if not left_inverse(exits, load, m, x, C):
         return False
-    beta, error = least_squares_error(anchors, load, m, box, x, C)
+    beta, error = least_squares_error(exits, load, m, box, x, C)
     if not beta < 0.9:
         return False
     radius = up(error / down(1.0 - beta))

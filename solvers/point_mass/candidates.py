@@ -23,12 +23,12 @@ from solvers.point_mass.system import krawczyk
 @njit(cache=True, nogil=True)
 def in_reach(cables: Any, box: Any) -> bool:
     """Return False when a box (3, 2) is empty or provably outside the reach of some cable."""
-    _, anchors, lengths, _, _ = cables
+    _, exits, lengths, _, _ = cables
     for j in range(3):
         if box[j, 0] > box[j, 1]:
             return False
     for i in range(lengths.shape[0]):  # noqa: SIM110 - numba compiles no generator expressions
-        if distance(anchors, i, box)[0] > lengths[i, 1]:
+        if distance(exits, i, box)[0] > lengths[i, 1]:
             return False
     return True
 

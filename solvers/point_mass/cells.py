@@ -6,7 +6,7 @@ Arrays: ``context`` is ``(cables, others, load, limits, exact, low, ceiling)``: 
 ``arrays.Cables`` of the m taut ones, ``others`` is an ``arrays.Cables`` of those that must be slack;
 ``load`` (3, 2); ``limits`` (2,) the width below which existence is tried, and the smallest width; ``exact``
 is true where all given cables must be taut; for elastic cables ``low`` (3,) is a point at which their
-elastic energy is at most ``ceiling``. ``anchors`` (m, 3, 2); ``box`` (3, 2) of positions; ``x`` (3 + m,) a
+elastic energy is at most ``ceiling``. ``exits`` (m, 3, 2); ``box`` (3, 2) of positions; ``x`` (3 + m,) a
 position, then multipliers, ``cover`` (3 + m, 2) bounds of these; ``cell`` (WIDTH,), ``children`` (>= 2,
 WIDTH).
 """
@@ -37,14 +37,14 @@ SMALL = 2
 
 
 @njit(cache=True, nogil=True)
-def shave(anchors: Any, c: int, shortest: float, longest: float, box: Any) -> bool:
+def shave(exits: Any, c: int, shortest: float, longest: float, box: Any) -> bool:
     """Contract a box to the points with shortest <= |p - A_c| <= longest; False where none is left.
 
     Guarantee: no such point of the box is lost.
     """
     square = np.empty((3, 2))
     for j in range(3):
-        lo, hi = sub(box[j, 0], box[j, 1], anchors[c, j, 0], anchors[c, j, 1])
+        lo, hi = sub(box[j, 0], box[j, 1], exits[c, j, 0], exits[c, j, 1])
         square[j, 0], square[j, 1] = sqr(lo, hi)
     for j in range(3):
         a, b = (j + 1) % 3, (j + 2) % 3
@@ -54,12 +54,12 @@ def shave(anchors: Any, c: int, shortest: float, longest: float, box: Any) -> bo
         if room < 0.0:
             return False
         r = up(math.sqrt(room))
-        box[j, 0] = max(box[j, 0], down(anchors[c, j, 0] - r))
-        box[j, 1] = min(box[j, 1], up(anchors[c, j, 1] + r))
+        box[j, 0] = max(box[j, 0], down(exits[c, j, 0] - r))
+        box[j, 1] = min(box[j, 1], up(exits[c, j, 1] + r))
         hole = down(down(shortest * shortest) - rest_hi)
         if hole > 0.0:
             r = down(math.sqrt(hole))
-            low, high = up(anchors[c, j, 1] - r), down(anchors[c, j, 0] + r)
+            low, high = up(exits[c, j, 1] - r), down(exits[c, j, 0] + r)
             # Points with low < p_j < high are too near.
             if box[j, 0] > low:
                 box[j, 0] = max(box[j, 0], high)
@@ -67,7 +67,7 @@ def shave(anchors: Any, c: int, shortest: float, longest: float, box: Any) -> bo
                 box[j, 1] = min(box[j, 1], low)
         if not box[j, 0] <= box[j, 1]:
             return False
-        lo, hi = sub(box[j, 0], box[j, 1], anchors[c, j, 0], anchors[c, j, 1])
+        lo, hi = sub(box[j, 0], box[j, 1], exits[c, j, 0], exits[c, j, 1])
         square[j, 0], square[j, 1] = sqr(lo, hi)
     return True
 
@@ -141,12 +141,12 @@ def pushed(cables: Any, load: Any, box: Any) -> bool:
         y[j] = mid(value[j, 0], value[j, 1])
     slo, shi = form(y, load[:, 0], load[:, 1])
     slo, shi = -shi, -slo
-    anchors = cables[1]
+    exits = cables[1]
     lo3, hi3 = np.empty(3), np.empty(3)
-    for c in range(anchors.shape[0]):
+    for c in range(exits.shape[0]):
         tlo, thi, _, _ = multiplier(cables, c, box)
         for j in range(3):
-            lo3[j], hi3[j] = sub(box[j, 0], box[j, 1], anchors[c, j, 0], anchors[c, j, 1])
+            lo3[j], hi3[j] = sub(box[j, 0], box[j, 1], exits[c, j, 0], exits[c, j, 1])
         lo, hi = form(y, lo3, hi3)
         lo, hi = mul(tlo, thi, lo, hi)
         slo, shi = add(slo, shi, lo, hi)
@@ -160,7 +160,7 @@ def affordable(cables: Any, load: Any, exact: bool, low: Any, ceiling: float, bo
     At the minimum p the elastic energy is at most ceiling + f . (p - low) =: room. So room is not negative,
     the sum of k_i / 2 (|p - A_i| - l_i)^2 over the taut cables is at most room, and so is each term.
     """
-    _, anchors, lengths, k, _ = cables
+    _, exits, lengths, k, _ = cables
     room = ceiling
     for j in range(3):
         lo, hi = sub(box[j, 0], box[j, 1], low[j], low[j])
@@ -169,7 +169,7 @@ def affordable(cables: Any, load: Any, exact: bool, low: Any, ceiling: float, bo
         return False
     spent = 0.0
     for c in range(lengths.shape[0]):
-        excess = down(distance(anchors, c, box)[0] - lengths[c, 1])
+        excess = down(distance(exits, c, box)[0] - lengths[c, 1])
         if excess > 0.0:
             spent = down(spent + down(down(0.5 * k[c, 0] * excess) * excess))
     if spent > room:
@@ -178,7 +178,7 @@ def affordable(cables: Any, load: Any, exact: bool, low: Any, ceiling: float, bo
         if not k[c, 0] > 0.0:
             continue
         longest = up(lengths[c, 1] + up(math.sqrt(up(up(2.0 * room) / k[c, 0]))))
-        if not shave(anchors, c, lengths[c, 0] if exact else 0.0, longest, box):
+        if not shave(exits, c, lengths[c, 0] if exact else 0.0, longest, box):
             return False
     return True
 
@@ -187,7 +187,7 @@ def affordable(cables: Any, load: Any, exact: bool, low: Any, ceiling: float, bo
 def process(context: Any, cell: Any, children: Any) -> int:
     """Decide one cell, see `cdpr_interval.engine.depth_first`."""
     cables, others, load, limits, exact, low, ceiling = context
-    elastic, anchors, lengths, _, _ = cables
+    elastic, exits, lengths, _, _ = cables
     m = lengths.shape[0]
     box = np.empty((3, 2))
     for j in range(3):
@@ -197,7 +197,7 @@ def process(context: Any, cell: Any, children: Any) -> int:
             return 0
     else:
         for c in range(m):
-            if not shave(anchors, c, lengths[c, 0], lengths[c, 1], box):
+            if not shave(exits, c, lengths[c, 0], lengths[c, 1], box):
                 return 0
     if other_taut(others, box):
         return 0

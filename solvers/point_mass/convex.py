@@ -76,7 +76,7 @@ def part_of(arrays: RobotArrays, chosen: Sequence[int]) -> RobotArrays:
         robot=replace(arrays.robot, cables=cables),
         elastic=arrays.elastic[index],
         constant=arrays.constant[index],
-        anchors=arrays.anchors[index],
+        exit_bounds=arrays.exit_bounds[index],
         given=arrays.given[index],
     )
 
@@ -85,7 +85,7 @@ def scaled_cables(arrays: RobotArrays, lengths: Bounds) -> Cables:
     """Return the kernels' cables for lengths in m."""
     scaled = lengths / arrays.frame[0, 0]
     k, w = springs(arrays.elastic, arrays.constant, arrays.given, scaled)
-    return arrays.elastic, arrays.anchors, scaled, k, w
+    return arrays.elastic, arrays.exit_bounds, scaled, k, w
 
 
 def quick_pose(arrays: RobotArrays, lengths: Bounds) -> tuple[int, Bounds, NDArray[np.int64]]:
@@ -101,9 +101,9 @@ def quick_pose(arrays: RobotArrays, lengths: Bounds) -> tuple[int, Bounds, NDArr
     states: NDArray[np.int64] = np.empty(count, dtype=np.int64)
     a = arrays
     if a.is_elastic:
-        status = springs_pose(a.constant, a.given, a.anchors, lengths, a.load, a.frame, bounds, states)
+        status = springs_pose(a.constant, a.given, a.exit_bounds, lengths, a.load, a.frame, bounds, states)
     else:
-        status = balls_pose(a.anchors, lengths, a.load, a.frame, bounds, states)
+        status = balls_pose(a.exit_bounds, lengths, a.load, a.frame, bounds, states)
     return status, bounds, states
 
 

@@ -101,12 +101,12 @@ def _independent_subsets(arrays: RobotArrays, near: tuple[int, ...]) -> NDArray[
 
     Kept by robot and load: the exact test takes longer than all the rest of a solution.
     """
-    anchors = arrays.exits
+    exits = arrays.exits
     rows = [
         (size, *taut, *[0] * (3 - size))
         for size in range(1, min(3, len(near)) + 1)
         for taut in combinations(near, size)
-        if not dependent(anchors, taut, arrays.load_exact)
+        if not dependent(exits, taut, arrays.load_exact)
     ]
     return np.array(rows, dtype=np.int64).reshape(-1, 4)
 
@@ -161,12 +161,12 @@ def tight_without_unique_tensions(
     arrays: RobotArrays, lengths: Sequence[Fraction], subsets: Sequence[tuple[int, ...]]
 ) -> list[int]:
     """Return the exactly tight cables where two of the subsets hold the load alone; empty elsewhere."""
-    anchors = arrays.exits
-    found = list(islice(corners(anchors, lengths, arrays.load_exact, subsets), 2))
+    exits = arrays.exits
+    found = list(islice(corners(exits, lengths, arrays.load_exact, subsets), 2))
     if len(found) < 2:
         return []
     _, pose = found[0]
-    return [i for i, (a, s) in enumerate(zip(anchors, lengths, strict=True)) if pose.excess(a, s) == 0]
+    return [i for i, (a, s) in enumerate(zip(exits, lengths, strict=True)) if pose.excess(a, s) == 0]
 
 
 def _names(arrays: RobotArrays, chosen: Sequence[int]) -> str:

@@ -25,12 +25,12 @@ from solvers.point_mass.fields import distance
 @njit(cache=True, nogil=True)
 def inside_all(cables: Any, q: Any) -> bool:
     """Prove that a point (3,) is strictly inside every ball, for all lengths and exit points."""
-    _, anchors, lengths, _, _ = cables
+    _, exits, lengths, _, _ = cables
     box = np.empty((3, 2))
     for j in range(3):
         box[j, 0], box[j, 1] = q[j], q[j]
     for i in range(lengths.shape[0]):  # noqa: SIM110 - numba compiles no generator expressions
-        if not distance(anchors, i, box)[1] < lengths[i, 0]:
+        if not distance(exits, i, box)[1] < lengths[i, 0]:
             return False
     return True
 
@@ -77,7 +77,7 @@ def duality_box(cables: Any, load: Any, t: Any, q: Any, box: Any) -> bool:
     ---------
     For all parameters in their ranges, the lowest point of the balls lies in ``box``.
     """
-    _, anchors, lengths, _, _ = cables
+    _, exits, lengths, _, _ = cables
     tlo, thi = 0.0, 0.0
     for i in range(t.shape[0]):
         tlo, thi = add(tlo, thi, t[i], t[i])
@@ -85,7 +85,7 @@ def duality_box(cables: Any, load: Any, t: Any, q: Any, box: Any) -> bool:
     for j in range(3):
         slo, shi = load[j, 0], load[j, 1]
         for i in range(t.shape[0]):
-            lo, hi = mul(t[i], t[i], anchors[i, j, 0], anchors[i, j, 1])
+            lo, hi = mul(t[i], t[i], exits[i, j, 0], exits[i, j, 1])
             slo, shi = add(slo, shi, lo, hi)
         box[j, 0], box[j, 1] = div(slo, shi, tlo, thi)
         lo, hi = sub(box[j, 0], box[j, 1], q[j], q[j])
@@ -93,7 +93,7 @@ def duality_box(cables: Any, load: Any, t: Any, q: Any, box: Any) -> bool:
         gap = up(gap + hi)
     for i in range(t.shape[0]):
         slo, shi = sqr(lengths[i, 0], lengths[i, 1])
-        dlo, dhi = sqr(*distance(anchors, i, box))
+        dlo, dhi = sqr(*distance(exits, i, box))
         lo, hi = sub(slo, shi, dlo, dhi)
         lo, hi = mul(0.5 * t[i], 0.5 * t[i], lo, hi)
         gap = up(gap + hi)
@@ -115,7 +115,7 @@ def largest_tension(cables: Any, load: Any, box: Any, q: Any, c: int) -> float:
     of sum t_i (p - A_i) = f with p - q gives t_c (l_c^2 - |q - A_c|^2) / 2 <= f . (p - q): every taut cable
     contributes t_i (l_i^2 - |q - A_i|^2 + |p - q|^2) / 2 >= 0.
     """
-    _, anchors, lengths, _, _ = cables
+    _, exits, lengths, _, _ = cables
     work = 0.0
     point = np.empty((3, 2))
     for j in range(3):
@@ -124,7 +124,7 @@ def largest_tension(cables: Any, load: Any, box: Any, q: Any, c: int) -> float:
         lo, hi = mul(load[j, 0], load[j, 1], lo, hi)
         work = up(work + hi)
     slo, _ = sqr(lengths[c, 0], lengths[c, 1])
-    _, dhi = sqr(*distance(anchors, c, point))
+    _, dhi = sqr(*distance(exits, c, point))
     margin = down(slo - dhi)
     if not margin > 0.0:
         return math.inf
@@ -141,7 +141,7 @@ def closed_form_exists(cables: Any, load: Any, taut: Any, m: int) -> bool:
     Two spheres: l_i^2 - a^2 with a the distance of the circle's plane from A_i. Three: the square of the
     coordinate along m = d x e is (l_i^2 |m|^2 - |K_2 e - K_3 d|^2) / |m|^2.
     """
-    _, anchors, lengths, _, _ = cables
+    _, exits, lengths, _, _ = cables
     i = taut[0]
     d = np.empty((2, 3, 2))
     offset = np.empty((2, 2))
@@ -151,7 +151,7 @@ def closed_form_exists(cables: Any, load: Any, taut: Any, m: int) -> bool:
         c = taut[a]
         slo, shi = 0.0, 0.0
         for j in range(3):
-            lo, hi = sub(anchors[c, j, 0], anchors[c, j, 1], anchors[i, j, 0], anchors[i, j, 1])
+            lo, hi = sub(exits[c, j, 0], exits[c, j, 1], exits[i, j, 0], exits[i, j, 1])
             d[a - 1, j, 0], d[a - 1, j, 1] = lo, hi
             lo, hi = sqr(lo, hi)
             slo, shi = add(slo, shi, lo, hi)

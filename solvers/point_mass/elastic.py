@@ -20,7 +20,7 @@ from solvers.point_mass.trap import trap
 
 def settle_springs(arrays: RobotArrays, cables: Cables) -> Enclosed:
     """Enclose the pose of elastic cables without knowing which of them are taut."""
-    _, anchors, lengths, stiffness, axial = cables
+    _, exits, lengths, stiffness, axial = cables
     load, count = arrays.load, len(lengths)
     A, L, k, f = middles(cables, load)
     taut = np.zeros(max(count, 4), dtype=np.int64)
@@ -33,7 +33,7 @@ def settle_springs(arrays: RobotArrays, cables: Cables) -> Enclosed:
     tension = np.zeros((count, 2))
     states = np.full(count, SLACK, dtype=np.int64)
     for i in range(count):
-        near, far = distance(anchors, i, box)
+        near, far = distance(exits, i, box)
         if far <= lengths[i, 0]:
             continue
         states[i] = TAUT if near > lengths[i, 1] else OPEN

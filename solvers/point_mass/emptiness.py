@@ -42,12 +42,12 @@ def _equal_power(A: Floats, c: Floats, members: Sequence[int]) -> tuple[Floats, 
     return weights, weights @ chosen
 
 
-def deepest_point(anchors: Floats, lengths: Floats) -> tuple[dict[int, float], Floats]:
+def deepest_point(exits: Floats, lengths: Floats) -> tuple[dict[int, float], Floats]:
     """Find the point deepest inside all balls (or least outside).
 
     Parameters
     ----------
-    anchors, lengths : (N, 3), (N,)
+    exits, lengths : (N, 3), (N,)
         Centres and radii, best near one in size.
 
     Returns
@@ -57,7 +57,7 @@ def deepest_point(anchors: Floats, lengths: Floats) -> tuple[dict[int, float], F
     point : (3,)
         Their mean of the centres.
     """
-    A = anchors - anchors.mean(axis=0)
+    A = exits - exits.mean(axis=0)
     c = (A**2).sum(axis=1) - lengths**2
     powers = (A[0] ** 2).sum() - 2.0 * (A @ A[0]) + c
     basis: tuple[int, ...] = (0,)
@@ -84,10 +84,10 @@ def deepest_point(anchors: Floats, lengths: Floats) -> tuple[dict[int, float], F
             break
         _, basis, weights, point, value = best
     kept = {i: max(0.0, float(w)) for i, w in zip(basis, weights, strict=True) if w > 0.0}
-    return kept, point + anchors.mean(axis=0)
+    return kept, point + exits.mean(axis=0)
 
 
-def proves_empty(weights: dict[int, float], anchors: Sequence[Vector], longest: Sequence[Fraction]) -> bool:
+def proves_empty(weights: dict[int, float], exits: Sequence[Vector], longest: Sequence[Fraction]) -> bool:
     """Check exactly that the weighted balls with the given radii have no common point.
 
     Guarantee
@@ -98,9 +98,9 @@ def proves_empty(weights: dict[int, float], anchors: Sequence[Vector], longest: 
     total = sum(exact.values(), Fraction(0))
     if total <= 0 or min(exact.values()) < 0:
         return False
-    mean = [sum((w * anchors[i][j] for i, w in exact.items()), Fraction(0)) / total for j in range(3)]
+    mean = [sum((w * exits[i][j] for i, w in exact.items()), Fraction(0)) / total for j in range(3)]
     smallest = sum(
-        (w * (_norm_squared(anchors[i], mean) - longest[i] ** 2) for i, w in exact.items()), Fraction(0)
+        (w * (_norm_squared(exits[i], mean) - longest[i] ** 2) for i, w in exact.items()), Fraction(0)
     )
     return smallest > 0
 
@@ -109,10 +109,10 @@ def _norm_squared(a: Sequence[Fraction], b: Sequence[Fraction]) -> Fraction:
     return sum(((x - y) ** 2 for x, y in zip(a, b, strict=True)), Fraction(0))
 
 
-def is_inside_all(point: Iterable[Fraction], anchors: Sequence[Vector], shortest: Sequence[Fraction]) -> bool:
+def is_inside_all(point: Iterable[Fraction], exits: Sequence[Vector], shortest: Sequence[Fraction]) -> bool:
     """Check exactly that a point is strictly inside all balls with the given radii."""
     p = tuple(point)
-    return all(_norm_squared(p, a) < s**2 for a, s in zip(anchors, shortest, strict=True))
+    return all(_norm_squared(p, a) < s**2 for a, s in zip(exits, shortest, strict=True))
 
 
 def apart_message(names: Sequence[str], cables: Collection[int]) -> str:

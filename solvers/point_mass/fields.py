@@ -1,6 +1,6 @@
 """From the enclosure of a pose to the fields a solution reports, in the units of the robot file.
 
-Arrays: ``cables`` is an ``arrays.Cables`` of N cables, ``anchors`` (N, 3, 2) are theirs.
+Arrays: ``cables`` is an ``arrays.Cables`` of N cables, ``exits`` (N, 3, 2) are theirs.
 """
 
 from __future__ import annotations
@@ -16,11 +16,11 @@ SLACK, TAUT, OPEN, SWITCHING = 0, 1, 2, 3
 
 
 @njit(cache=True, nogil=True)
-def distance(anchors: Any, c: int, box: Any) -> tuple[float, float]:
+def distance(exits: Any, c: int, box: Any) -> tuple[float, float]:
     """Enclose |p - A_c| for p in a box (>= 3, 2)."""
     slo, shi = 0.0, 0.0
     for j in range(3):
-        lo, hi = sub(box[j, 0], box[j, 1], anchors[c, j, 0], anchors[c, j, 1])
+        lo, hi = sub(box[j, 0], box[j, 1], exits[c, j, 0], exits[c, j, 1])
         lo, hi = sqr(lo, hi)
         slo, shi = add(slo, shi, lo, hi)
     return sqrt(slo, shi)
@@ -54,7 +54,7 @@ def report(
     position, height, tensions, distances : (3, 2), (2,), (N, 2), (N, 2)
         Written, m and N: platform origin, height of the centre of mass, tensions, distances.
     """
-    elastic, anchors, lengths, _, _ = cables
+    elastic, exits, lengths, _, _ = cables
     unit = frame[0, 0]
     hlo, hhi = 0.0, 0.0
     for j in range(3):
@@ -64,7 +64,7 @@ def report(
         hlo, hhi = add(hlo, hhi, lo, hi)
     height[0], height[1] = add(hlo, hhi, frame[8, 0], frame[8, 1])
     for c in range(lengths.shape[0]):
-        lo, hi = distance(anchors, c, box)
+        lo, hi = distance(exits, c, box)
         if states[c] == TAUT and not elastic[c]:
             lo, hi = max(lo, lengths[c, 0]), min(hi, lengths[c, 1])
         distances[c, 0], distances[c, 1] = mul(unit, unit, lo, hi)

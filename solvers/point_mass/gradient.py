@@ -39,8 +39,8 @@ def multiplier(cables: Any, c: int, box: Any) -> tuple[float, float, float, floa
 
     (0, 0, 1, 1) when the cable is slack on the whole box.
     """
-    _, anchors, lengths, _, _ = cables
-    near, far = distance(anchors, c, box)
+    _, exits, lengths, _, _ = cables
+    near, far = distance(exits, c, box)
     if far <= lengths[c, 0]:
         return 0.0, 0.0, 1.0, 1.0
     near = max(near, lengths[c, 0])
@@ -51,7 +51,7 @@ def multiplier(cables: Any, c: int, box: Any) -> tuple[float, float, float, floa
 @njit(cache=True, nogil=True)
 def gradient_bounds(cables: Any, load: Any, box: Any, out: Any) -> None:
     """Write an enclosure out (3, 2) of F over a box."""
-    _, anchors, lengths, _, _ = cables
+    _, exits, lengths, _, _ = cables
     for j in range(3):
         out[j, 0], out[j, 1] = -load[j, 1], -load[j, 0]
     for c in range(lengths.shape[0]):
@@ -59,7 +59,7 @@ def gradient_bounds(cables: Any, load: Any, box: Any, out: Any) -> None:
         if thi == 0.0:
             continue
         for j in range(3):
-            lo, hi = sub(box[j, 0], box[j, 1], anchors[c, j, 0], anchors[c, j, 1])
+            lo, hi = sub(box[j, 0], box[j, 1], exits[c, j, 0], exits[c, j, 1])
             lo, hi = mul(tlo, thi, lo, hi)
             out[j, 0], out[j, 1] = add(out[j, 0], out[j, 1], lo, hi)
 
@@ -67,7 +67,7 @@ def gradient_bounds(cables: Any, load: Any, box: Any, out: Any) -> None:
 @njit(cache=True, nogil=True)
 def curvature(cables: Any, box: Any, out: Any) -> None:
     """Write an enclosure out (3, 3, 2) of all generalised Jacobians of F over a box."""
-    _, anchors, lengths, _, w = cables
+    _, exits, lengths, _, w = cables
     e = np.empty((3, 2))
     out[:, :, :] = 0.0
     for c in range(lengths.shape[0]):
@@ -81,7 +81,7 @@ def curvature(cables: Any, box: Any, out: Any) -> None:
         if tlo == 0.0:
             slo = 0.0
         for j in range(3):
-            e[j, 0], e[j, 1] = sub(box[j, 0], box[j, 1], anchors[c, j, 0], anchors[c, j, 1])
+            e[j, 0], e[j, 1] = sub(box[j, 0], box[j, 1], exits[c, j, 0], exits[c, j, 1])
         for a in range(3):
             for b in range(a, 3):
                 if a == b:

@@ -1,6 +1,6 @@
 """The whole convex path in one compiled call: guess the pose, prove it, fill the reported fields.
 
-Arrays: ``cables`` is an ``arrays.Cables`` of N cables, ``elastic`` (N,), ``anchors`` (N, 3, 2) and
+Arrays: ``cables`` is an ``arrays.Cables`` of N cables, ``elastic`` (N,), ``exits`` (N, 3, 2) and
 ``lengths`` (N, 2) as in it, ``constant`` (N,) and ``given`` (N, 2) their springs, ``load`` (3, 2) and
 ``frame`` (9, 2) as `solvers.point_mass.arrays.RobotArrays` has them; ``A`` (N, 3), ``L`` (N,), ``k`` (N,),
 ``f`` (3,) floats inside their enclosures; ``taut`` (>= m,) holds m taut cables, ``x`` (>= 3 + m,) a guess
@@ -59,7 +59,7 @@ def anywhere(n: int) -> Any:
 @njit(cache=True, nogil=True)
 def middles(cables: Any, load: Any) -> Any:
     """Return floats (N, 3), (N,), (N,), (3,) inside the enclosures of A, l, k and f."""
-    _, anchors, lengths, stiffness, _ = cables
+    _, exits, lengths, stiffness, _ = cables
     count = lengths.shape[0]
     A = np.empty((count, 3))
     L = np.empty(count)
@@ -69,7 +69,7 @@ def middles(cables: Any, load: Any) -> Any:
         L[i] = mid(lengths[i, 0], lengths[i, 1])
         k[i] = mid(stiffness[i, 0], stiffness[i, 1])
         for j in range(3):
-            A[i, j] = mid(anchors[i, j, 0], anchors[i, j, 1])
+            A[i, j] = mid(exits[i, j, 0], exits[i, j, 1])
     for j in range(3):
         f[j] = mid(load[j, 0], load[j, 1])
     return A, L, k, f
@@ -156,7 +156,7 @@ def classify(cables: Any, taut: Any, m: int, box: Any, states: Any) -> tuple[boo
     carried, fits : bool
         All tensions of ``taut`` are proved positive; all other cables are proved slack.
     """
-    _, anchors, lengths, _, _ = cables
+    _, exits, lengths, _, _ = cables
     for i in range(lengths.shape[0]):
         states[i] = SLACK
     carried = True
@@ -168,7 +168,7 @@ def classify(cables: Any, taut: Any, m: int, box: Any, states: Any) -> tuple[boo
     fits = True
     for i in range(lengths.shape[0]):
         if states[i] == SLACK:
-            _, far = distance(anchors, i, box)
+            _, far = distance(exits, i, box)
             if not far < lengths[i, 0]:
                 states[i] = OPEN
                 fits = False
@@ -217,12 +217,12 @@ def prove_pose(
 
 
 @njit(cache=True, nogil=True)
-def balls_pose(anchors: Any, lengths: Any, load: Any, frame: Any, bounds: Any, states: Any) -> int:
+def balls_pose(exits: Any, lengths: Any, load: Any, frame: Any, bounds: Any, states: Any) -> int:
     """Find the static pose of inextensible cables and prove that it is the only one.
 
     Parameters
     ----------
-    anchors, load, frame
+    exits, load, frame
         See `solvers.point_mass.arrays.RobotArrays`.
     lengths : (N, 2)
         In m.
@@ -244,7 +244,7 @@ def balls_pose(anchors: Any, lengths: Any, load: Any, frame: Any, bounds: Any, s
     """
     count = lengths.shape[0]
     nothing = np.zeros((count, 2))
-    cables = (np.zeros(count, dtype=np.bool_), anchors, in_units(lengths, frame[0, 0]), nothing, nothing)
+    cables = (np.zeros(count, dtype=np.bool_), exits, in_units(lengths, frame[0, 0]), nothing, nothing)
     A, L, _, f = middles(cables, load)
     x = np.empty(3 + max(count, 4))
     taut = np.empty(max(count, 4), dtype=np.int64)
@@ -256,7 +256,7 @@ def balls_pose(anchors: Any, lengths: Any, load: Any, frame: Any, bounds: Any, s
 
 @njit(cache=True, nogil=True)
 def springs_pose(
-    constant: Any, given: Any, anchors: Any, lengths: Any, load: Any, frame: Any, bounds: Any, states: Any
+    constant: Any, given: Any, exits: Any, lengths: Any, load: Any, frame: Any, bounds: Any, states: Any
 ) -> int:
     """Find the static pose of elastic cables and prove it; all else as `balls_pose`.
 
@@ -269,7 +269,7 @@ def springs_pose(
     scaled = in_units(lengths, frame[0, 0])
     elastic = np.ones(count, dtype=np.bool_)
     k, w = springs(elastic, constant, given, scaled)
-    cables = (elastic, anchors, scaled, k, w)
+    cables = (elastic, exits, scaled, k, w)
     A, L, stiffness, f = middles(cables, load)
     x = np.empty(3 + max(count, 4))
     taut = np.empty(max(count, 4), dtype=np.int64)

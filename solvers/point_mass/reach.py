@@ -22,30 +22,30 @@ MARGIN = 1e-12
 def reachable(arrays: RobotArrays, lengths: Bounds) -> Bounds:
     """Return a box (3, 2) in m around the platform origins that all cables reach and where a pose may be."""
     unit = arrays.frame[0, 0]
-    anchors, longest = arrays.anchors.mean(axis=-1), lengths[:, 1] / unit
-    margin = MARGIN * float(np.abs(anchors).max() + longest.max())
+    exits, longest = arrays.exit_bounds.mean(axis=-1), lengths[:, 1] / unit
+    margin = MARGIN * float(np.abs(exits).max() + longest.max())
     with np.errstate(all="ignore"):
-        box = _within_radii(anchors, longest, margin)
+        box = _within_radii(exits, longest, margin)
         for j in range(3):
-            if arrays.load_exact[j] == 0 and not arrays.anchors[:, j].any():
+            if arrays.load_exact[j] == 0 and not arrays.exit_bounds[:, j].any():
                 # The exit points are measured from the first one: all are in the plane through it.
                 box[:, j] = -margin, margin
         for _ in range(SHAVINGS):
-            for anchor, size in zip(anchors, longest, strict=True):
-                nearest = (np.clip(anchor, box[0], box[1]) - anchor) ** 2
+            for exit_point, size in zip(exits, longest, strict=True):
+                nearest = (np.clip(exit_point, box[0], box[1]) - exit_point) ** 2
                 room = np.sqrt(np.maximum(size**2 - (nearest.sum() - nearest), 0.0)) + margin
-                box = _cut(box, anchor - room, anchor + room)
+                box = _cut(box, exit_point - room, exit_point + room)
         return np.asarray(box.T * unit + arrays.frame[2:5])
 
 
-def _within_radii(anchors: Bounds, longest: Bounds, margin: float) -> Bounds:
+def _within_radii(exits: Bounds, longest: Bounds, margin: float) -> Bounds:
     """Return a box (2, 3), lows and highs, around the common points: of all balls, and of a small one."""
-    box = np.array([(anchors - longest[:, None]).max(axis=0), (anchors + longest[:, None]).min(axis=0)])
+    box = np.array([(exits - longest[:, None]).max(axis=0), (exits + longest[:, None]).min(axis=0)])
     box = np.array([box.min(axis=0) - margin, box.max(axis=0) + margin])
-    weights, _ = deepest_point(anchors, longest)
+    weights, _ = deepest_point(exits, longest)
     few, shares = list(weights), np.array(list(weights.values())) / sum(weights.values())
-    centre = shares @ anchors[few]
-    left = shares @ (longest[few] ** 2 - ((anchors[few] - centre) ** 2).sum(axis=1))
+    centre = shares @ exits[few]
+    left = shares @ (longest[few] ** 2 - ((exits[few] - centre) ** 2).sum(axis=1))
     radius = np.sqrt(max(left, 0.0) + margin * longest.max()) + margin
     return _cut(box, centre - radius, centre + radius)
 

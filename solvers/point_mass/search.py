@@ -142,10 +142,10 @@ def _search_one(
 
 def _reach(cables: Cables) -> Bounds:
     """Intersect the boxes around the balls of inextensible cables."""
-    _, anchors, lengths, _, _ = cables
+    _, exits, lengths, _, _ = cables
     longest = lengths[:, 1:]
-    low = np.nextafter(anchors[:, :, 0] - longest, -np.inf).max(axis=0)
-    high = np.nextafter(anchors[:, :, 1] + longest, np.inf).min(axis=0)
+    low = np.nextafter(exits[:, :, 0] - longest, -np.inf).max(axis=0)
+    high = np.nextafter(exits[:, :, 1] + longest, np.inf).min(axis=0)
     return np.column_stack([low, high])
 
 

@@ -35,9 +35,9 @@ class ExactPose:
         difference = a * a - b * b * self.radicand
         return sa * ((difference > 0) - (difference < 0))
 
-    def excess(self, anchor: Vector, length: Fraction) -> int:
+    def excess(self, exit_point: Vector, length: Fraction) -> int:
         """Return the sign of |p - A| - l."""
-        e = minus(self.base, anchor)
+        e = minus(self.base, exit_point)
         a = dot(e, e) + self.radicand * dot(self.slope, self.slope) - length**2
         return self.sign((a, 2 * dot(e, self.slope)))
 
@@ -50,19 +50,19 @@ class ExactPose:
         return all(self.sign(t) > 0 for t in self.multipliers)
 
 
-def exact_pose(anchors: Sequence[Vector], lengths: Sequence[Fraction], load: Vector) -> ExactPose | None:
+def exact_pose(exits: Sequence[Vector], lengths: Sequence[Fraction], load: Vector) -> ExactPose | None:
     """Return the pose of one to three cables that alone carry the load.
 
     None where the directions of the cables are dependent or the spheres do not cross.
     """
     zero = Fraction(0)
-    a, size = anchors[0], lengths[0]
-    if len(anchors) == 1:
+    a, size = exits[0], lengths[0]
+    if len(exits) == 1:
         radicand = size**2 / dot(load, load)
         return ExactPose(a, load, radicand, ((zero, 1 / radicand),))
-    d = minus(anchors[1], a)
+    d = minus(exits[1], a)
     dd = dot(d, d)
-    if len(anchors) == 2:
+    if len(exits) == 2:
         if dd == 0:
             return None
         q = dot(load, d) / dd
@@ -73,7 +73,7 @@ def exact_pose(anchors: Sequence[Vector], lengths: Sequence[Fraction], load: Vec
             return None
         radicand = square / gg
         return ExactPose(along(a, c, d), g, radicand, ((q, (1 - c) / radicand), (-q, c / radicand)))
-    e = minus(anchors[2], a)
+    e = minus(exits[2], a)
     m = cross(d, e)
     mm, fm = dot(m, m), dot(load, m)
     if mm == 0 or fm == 0:
@@ -105,24 +105,24 @@ def exact_pose(anchors: Sequence[Vector], lengths: Sequence[Fraction], load: Vec
     )
 
 
-def is_pose_of(pose: ExactPose, anchors: Sequence[Vector], lengths: Sequence[Fraction], load: Vector) -> bool:
+def is_pose_of(pose: ExactPose, exits: Sequence[Vector], lengths: Sequence[Fraction], load: Vector) -> bool:
     """Return True when a pose is, exactly, also the lowest common point of the spheres of other cables."""
-    if any(pose.excess(a, s) != 0 for a, s in zip(anchors, lengths, strict=True)):
+    if any(pose.excess(a, s) != 0 for a, s in zip(exits, lengths, strict=True)):
         return False
-    a = anchors[0]
-    if len(anchors) == 1:
+    a = exits[0]
+    if len(exits) == 1:
         axes = [cross(load, unit) for unit in _UNITS]
         return all(pose.component(axis, a) == 0 for axis in axes) and pose.component(load, a) > 0
-    d = minus(anchors[1], a)
-    if len(anchors) == 2:
+    d = minus(exits[1], a)
+    if len(exits) == 2:
         low = along(load, -dot(load, d) / dot(d, d), d)
         return pose.component(cross(d, load), a) == 0 and pose.component(low, a) > 0
-    m = cross(d, minus(anchors[2], a))
+    m = cross(d, minus(exits[2], a))
     return pose.component(m, a) * dot(load, m) > 0
 
 
 def corners(
-    anchors: Sequence[Vector], lengths: Sequence[Fraction], load: Vector, subsets: Iterable[tuple[int, ...]]
+    exits: Sequence[Vector], lengths: Sequence[Fraction], load: Vector, subsets: Iterable[tuple[int, ...]]
 ) -> Iterator[tuple[tuple[int, ...], ExactPose]]:
     """Yield the subsets, with their pose, that alone carry the load at the lowest point of all balls.
 
@@ -130,10 +130,10 @@ def corners(
     the load are means of those of such subsets.
     """
     for few in subsets:
-        pose = exact_pose([anchors[i] for i in few], [lengths[i] for i in few], load)
+        pose = exact_pose([exits[i] for i in few], [lengths[i] for i in few], load)
         if pose is None or not pose.carried():
             continue
-        if all(pose.excess(a, s) <= 0 for a, s in zip(anchors, lengths, strict=True)):
+        if all(pose.excess(a, s) <= 0 for a, s in zip(exits, lengths, strict=True)):
             yield few, pose
 
 

@@ -27,7 +27,7 @@ TRIED = 16
 GOLDEN = (math.sqrt(5.0) - 1.0) / 2.0
 
 
-def dependent(anchors: Sequence[Vector], taut: Sequence[int], load: Vector) -> bool:
+def dependent(exits: Sequence[Vector], taut: Sequence[int], load: Vector) -> bool:
     """Return True when the directions of the cables are dependent at every equilibrium, decided exactly.
 
     That is so for equal exit points and for three on one line. Two exit points on a line parallel to the
@@ -35,12 +35,12 @@ def dependent(anchors: Sequence[Vector], taut: Sequence[int], load: Vector) -> b
     on that line or plane. More than three directions are always dependent. Otherwise they are independent at
     every equilibrium: these points and lines do not hold the load.
     """
-    if any(anchors[i] == anchors[j] for i, j in combinations(taut, 2)):
+    if any(exits[i] == exits[j] for i, j in combinations(taut, 2)):
         return True
     if len(taut) < 2 or len(taut) > 3:
         return len(taut) > 3
-    a = anchors[taut[0]]
-    d, *rest = ([x - y for x, y in zip(anchors[i], a, strict=True)] for i in taut[1:])
+    a = exits[taut[0]]
+    d, *rest = ([x - y for x, y in zip(exits[i], a, strict=True)] for i in taut[1:])
     other = rest[0] if rest else load
     normal = [d[j - 2] * other[j - 1] - d[j - 1] * other[j - 2] for j in range(3)]
     return not any(normal) or (bool(rest) and sum(n * f for n, f in zip(normal, load, strict=True)) == 0)
@@ -73,13 +73,13 @@ def just_switching(
     box, tension, states : (3, 2), (N, 2), (N,)
         Of a pose proved to be the only one, in the kernels' units; the tensions enclose all possible ones.
     """
-    _, anchors, lengths, _, _ = cables
+    _, exits, lengths, _, _ = cables
     load = float(np.linalg.norm(arrays.load.mean(axis=1)))
     if not tensions_unique(arrays, lengths, np.flatnonzero(states != SLACK).tolist()):
         return states
     found = states.copy()
     for i in np.flatnonzero(states == OPEN):
-        near, _ = distance(anchors, i, box)
+        near, _ = distance(exits, i, box)
         if tension[i, 1] <= JUST * load and near >= (1.0 - JUST) * lengths[i, 0]:
             found[i] = SWITCHING
     return found

@@ -10,7 +10,7 @@ tension = k_i (|e_i| - l_i) with tension = t_i |e_i|. Its Jacobian is a saddle m
 a cable gets stiffer.
 
 Arrays, for N cables of which m are taut: ``cables`` is an ``arrays.Cables``, ``context`` is ``(cables,
-load, taut, arms, C)``, see `residual`; ``anchors`` (N, 3, 2); ``arms`` (m, 3, 2) are e_i; ``box`` (3 + m,
+load, taut, spokes, C)``, see `residual`; ``exits`` (N, 3, 2); ``spokes`` (m, 3, 2) are e_i; ``box`` (3 + m,
 2) bounds p, then t; ``C`` (3 + m, 3 + m).
 
 References: R. Krawczyk, Computing 4 (1969), 187-201; A. Neumaier, Interval Methods for Systems of
@@ -44,42 +44,42 @@ CONTRACTIONS = Contractions(most=6, gain=0.99)
 
 
 @kernel("void(f8[:, :, ::1], i8[::1], i8, f8[:, ::1], f8[:, :, ::1])")
-def arms_over(anchors: Any, taut: Any, m: int, box: Any, arms: Any) -> None:
-    """Enclose e_i = p - A_i in arms (m, 3, 2), for m cables of ``taut`` (>= m,), over a box (>= 3, 2)."""
+def spokes_over(exits: Any, taut: Any, m: int, box: Any, spokes: Any) -> None:
+    """Enclose e_i = p - A_i in spokes (m, 3, 2), for m cables of ``taut`` (>= m,), over a box (>= 3, 2)."""
     for i in range(m):
         for j in range(3):
-            lo, hi = anchors[taut[i], j, 0], anchors[taut[i], j, 1]
-            arms[i, j, 0], arms[i, j, 1] = sub(box[j, 0], box[j, 1], lo, hi)
+            lo, hi = exits[taut[i], j, 0], exits[taut[i], j, 1]
+            spokes[i, j, 0], spokes[i, j, 1] = sub(box[j, 0], box[j, 1], lo, hi)
 
 
 @njit(cache=True, nogil=True)
-def evaluate(cables: Any, load: Any, taut: Any, m: int, box: Any, arms: Any, out: Any) -> None:
+def evaluate(cables: Any, load: Any, taut: Any, m: int, box: Any, spokes: Any, out: Any) -> None:
     """Enclose the system over a box.
 
     Parameters
     ----------
     cables
-        ``(elastic, anchors, lengths, k, w)``: (N,) bool, (N, 3, 2), (N, 2), (N, 2), (N, 2).
+        ``(elastic, exits, lengths, k, w)``: (N,) bool, (N, 3, 2), (N, 2), (N, 2), (N, 2).
     load : (3, 2)
         Enclosure of f.
     taut : (>= m,)
         Cable indices.
     box : (3 + m, 2)
         p, then t.
-    arms : (m, 3, 2)
+    spokes : (m, 3, 2)
         Written: e_i.
     out : (3 + m, 2)
         Written: the m length equations, then the three force equations.
     """
-    anchors = cables[1]
-    arms_over(anchors, taut, m, box, arms)
+    exits = cables[1]
+    spokes_over(exits, taut, m, box, spokes)
     for j in range(3):
         out[m + j, 0], out[m + j, 1] = -load[j, 1], -load[j, 0]
     for i in range(m):
         c = taut[i]
         slo, shi = 0.0, 0.0
         for j in range(3):
-            lo, hi = arms[i, j, 0], arms[i, j, 1]
+            lo, hi = spokes[i, j, 0], spokes[i, j, 1]
             qlo, qhi = sqr(lo, hi)
             slo, shi = add(slo, shi, qlo, qhi)
             lo, hi = mul(box[3 + i, 0], box[3 + i, 1], lo, hi)
@@ -94,10 +94,10 @@ def evaluate(cables: Any, load: Any, taut: Any, m: int, box: Any, arms: Any, out
 def residual(context: Any, box: Any, out: Any) -> None:
     """Enclose the system (3 + m, 2) over a box (3 + m, 2), see `cdpr_interval.engine.krawczyk`.
 
-    The context is ``(cables, load, taut, arms, C)``: see `evaluate`, and C (3 + m, 3 + m).
+    The context is ``(cables, load, taut, spokes, C)``: see `evaluate`, and C (3 + m, 3 + m).
     """
-    cables, load, taut, arms, C = context
-    evaluate(cables, load, taut, C.shape[0] - 3, box, arms, out)
+    cables, load, taut, spokes, C = context
+    evaluate(cables, load, taut, C.shape[0] - 3, box, spokes, out)
 
 
 @kernel()
@@ -107,7 +107,7 @@ def linearise(context: Any, box: Any, out: Any, C: Any) -> bool:
     False where that is singular. See `cdpr_interval.engine.newton`.
     """
     cables, _, taut, _, _ = context
-    anchors = cables[1]
+    exits = cables[1]
     n = C.shape[0]
     m = n - 3
     work = np.zeros((n, 2 * n))
@@ -117,7 +117,7 @@ def linearise(context: Any, box: Any, out: Any, C: Any) -> bool:
         t = box[3 + i, 0]
         total += t
         for j in range(3):
-            e = box[j, 0] - mid(anchors[c, j, 0], anchors[c, j, 1])
+            e = box[j, 0] - mid(exits[c, j, 0], exits[c, j, 1])
             work[i, j] = e
             work[m + j, 3 + i] = e
         lo, hi = compliance(cables, c, t, t)
@@ -141,10 +141,10 @@ def linearise(context: Any, box: Any, out: Any, C: Any) -> bool:
 @kernel()
 def deviate(context: Any, box: Any, E: Any) -> None:
     """Enclose I - C J in E (3 + m, 3 + m, 2) over a box (3 + m, 2); context as `residual`."""
-    cables, _, taut, arms, C = context
+    cables, _, taut, spokes, C = context
     n = C.shape[0]
     m = n - 3
-    arms_over(cables[1], taut, m, box, arms)
+    spokes_over(cables[1], taut, m, box, spokes)
     tlo, thi = 0.0, 0.0
     for i in range(m):
         tlo, thi = add(tlo, thi, box[3 + i, 0], box[3 + i, 1])
@@ -152,7 +152,7 @@ def deviate(context: Any, box: Any, E: Any) -> None:
         for j in range(3):
             slo, shi = scale(C[r, m + j], tlo, thi)
             for i in range(m):
-                lo, hi = scale(C[r, i], arms[i, j, 0], arms[i, j, 1])
+                lo, hi = scale(C[r, i], spokes[i, j, 0], spokes[i, j, 1])
                 slo, shi = add(slo, shi, lo, hi)
             d = 1.0 if r == j else 0.0
             E[r, j, 0], E[r, j, 1] = sub(d, d, slo, shi)
@@ -160,7 +160,7 @@ def deviate(context: Any, box: Any, E: Any) -> None:
             clo, chi = compliance(cables, taut[i], box[3 + i, 0], box[3 + i, 1])
             slo, shi = scale(C[r, i], clo, chi)
             for j in range(3):
-                lo, hi = scale(C[r, m + j], arms[i, j, 0], arms[i, j, 1])
+                lo, hi = scale(C[r, m + j], spokes[i, j, 0], spokes[i, j, 1])
                 slo, shi = add(slo, shi, lo, hi)
             d = 1.0 if r == 3 + i else 0.0
             E[r, 3 + i, 0], E[r, 3 + i, 1] = sub(d, d, slo, shi)

@@ -39,27 +39,27 @@ class Tensions:
         return max(corner.get(cable, Fraction(0)) for corner in self.corners)
 
 
-def tensions_at(point: Vector, anchors: dict[int, Vector], load: Vector) -> Tensions:
-    """Return all multipliers >= 0 with which the cables of ``anchors`` balance the load at a point."""
-    arms = {i: minus(point, a) for i, a in anchors.items()}
-    corners = [t for few in _sets(arms, 1, 3) if (t := _positive(arms, few, load)) is not None]
+def tensions_at(point: Vector, exits: dict[int, Vector], load: Vector) -> Tensions:
+    """Return all multipliers >= 0 with which the cables of ``exits`` balance the load at a point."""
+    spokes = {i: minus(point, a) for i, a in exits.items()}
+    corners = [t for few in _sets(spokes, 1, 3) if (t := _positive(spokes, few, load)) is not None]
     rays = []
-    for few in _sets(arms, 2, 4):
+    for few in _sets(spokes, 2, 4):
         *others, last = few
-        against = minus((Fraction(0),) * 3, arms[last])
-        if (r := _positive(arms, tuple(others), against)) is not None:
+        against = minus((Fraction(0),) * 3, spokes[last])
+        if (r := _positive(spokes, tuple(others), against)) is not None:
             rays.append({**r, last: Fraction(1)})
     return Tensions(tuple(corners), tuple(rays))
 
 
-def _sets(arms: dict[int, Vector], least: int, most: int) -> Iterator[tuple[int, ...]]:
+def _sets(spokes: dict[int, Vector], least: int, most: int) -> Iterator[tuple[int, ...]]:
     for size in range(least, most + 1):
-        yield from combinations(sorted(arms), size)
+        yield from combinations(sorted(spokes), size)
 
 
-def _positive(arms: dict[int, Vector], few: tuple[int, ...], load: Vector) -> Multipliers | None:
+def _positive(spokes: dict[int, Vector], few: tuple[int, ...], load: Vector) -> Multipliers | None:
     """Return positive multipliers of up to three cables with independent directions that balance a load."""
-    columns = [arms[i] for i in few]
+    columns = [spokes[i] for i in few]
     gram = [[dot(a, b) for b in columns] for a in columns]
     t = solved(gram, [dot(a, load) for a in columns])
     if t is None or min(t) <= 0:

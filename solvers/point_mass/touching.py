@@ -51,37 +51,37 @@ class Unheld:
 
 
 def deepest_exactly(
-    anchors: Sequence[Vector], lengths: Sequence[Fraction], tried: Sequence[int]
+    exits: Sequence[Vector], lengths: Sequence[Fraction], tried: Sequence[int]
 ) -> Deepest | None:
     """Return the point deepest in all balls, exactly, from weights of some of the balls ``tried``."""
     for size in range(1, min(4, len(tried)) + 1):
         for few in combinations(tried, size):
-            weights = equal_power_weights([anchors[i] for i in few], [lengths[i] for i in few])
+            weights = equal_power_weights([exits[i] for i in few], [lengths[i] for i in few])
             if weights is None or min(weights) <= 0:
                 continue
             x, y, z = (
-                sum((w * anchors[i][j] for w, i in zip(weights, few, strict=True)), Fraction(0))
+                sum((w * exits[i][j] for w, i in zip(weights, few, strict=True)), Fraction(0))
                 for j in range(3)
             )
             point: Vector = (x, y, z)
-            powers = [_power(point, a, s) for a, s in zip(anchors, lengths, strict=True)]
+            powers = [_power(point, a, s) for a, s in zip(exits, lengths, strict=True)]
             if max(powers) == powers[few[0]]:
                 return Deepest(point, dict(zip(few, weights, strict=True)), powers[few[0]])
     return None
 
 
-def equal_power_weights(anchors: Sequence[Vector], lengths: Sequence[Fraction]) -> list[Fraction] | None:
+def equal_power_weights(exits: Sequence[Vector], lengths: Sequence[Fraction]) -> list[Fraction] | None:
     """Return the weights, of sum 1, of the centres' mean of equal powers; None if singular."""
-    ways = [difference(a, anchors[0]) for a in anchors[1:]]
+    ways = [difference(a, exits[0]) for a in exits[1:]]
     gram = [[dot(a, b) for b in ways] for a in ways]
     right = [(dot(a, a) + lengths[0] ** 2 - s**2) / 2 for a, s in zip(ways, lengths[1:], strict=True)]
     others = solved(gram, right)
     return None if others is None else [1 - sum(others, Fraction(0)), *others]
 
 
-def _power(point: Vector, anchor: Vector, length: Fraction) -> Fraction:
-    arm = difference(point, anchor)
-    return dot(arm, arm) - length**2
+def _power(point: Vector, exit_point: Vector, length: Fraction) -> Fraction:
+    spoke = difference(point, exit_point)
+    return dot(spoke, spoke) - length**2
 
 
 def settle_touching(
@@ -100,18 +100,18 @@ def settle_touching(
     None
         Nothing is decided.
     """
-    anchors = arrays.exits
-    deepest = deepest_exactly(anchors, lengths, _tried(cables))
+    exits = arrays.exits
+    deepest = deepest_exactly(exits, lengths, _tried(cables))
     if deepest is None or deepest.power > 0:
         return deepest
     if deepest.power < 0:
         return _hardly_overlapping(arrays, cables, lengths, deepest)
     tight = [
-        i for i, (a, s) in enumerate(zip(anchors, lengths, strict=True)) if _power(deepest.point, a, s) == 0
+        i for i, (a, s) in enumerate(zip(exits, lengths, strict=True)) if _power(deepest.point, a, s) == 0
     ]
     if len(tight) > MOST_TIGHT:
         return None
-    held = tensions_at(deepest.point, {i: anchors[i] for i in tight}, arrays.load_exact)
+    held = tensions_at(deepest.point, {i: exits[i] for i in tight}, arrays.load_exact)
     if not held.corners:
         return Unheld(deepest.weights)
     return _held(arrays, cables, lengths, deepest, tight, held)
@@ -119,8 +119,8 @@ def settle_touching(
 
 def _tried(cables: Cables) -> list[int]:
     """Return the balls whose power may be the largest at the deepest point, by floats."""
-    _, anchors, lengths, _, _ = cables
-    A: Floats = 0.5 * anchors[:, :, 0] + 0.5 * anchors[:, :, 1]
+    _, exits, lengths, _, _ = cables
+    A: Floats = 0.5 * exits[:, :, 0] + 0.5 * exits[:, :, 1]
     L: Floats = 0.5 * lengths[:, 0] + 0.5 * lengths[:, 1]
     weights, point = deepest_point(A, L)
     powers = ((A - point) ** 2).sum(axis=1) - L**2

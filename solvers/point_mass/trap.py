@@ -31,7 +31,7 @@ def start_box(cables: Cables, load: Bounds) -> Bounds:
     k_i / 2 max(0, r - l_i)^2 - |f| r <= c_i. With s = r - l_i >= 0 this is the quadratic inequality
     k_i s^2 / 2 - |f| s <= c_i + |f| l_i, so s <= (|f| + sqrt(|f|^2 + 2 k_i (c_i + |f| l_i))) / k_i.
     """
-    _, anchors, lengths, stiffness, _ = cables
+    _, exits, lengths, stiffness, _ = cables
     flo, fhi = 0.0, 0.0
     for j in range(3):
         flo, fhi = add(flo, fhi, *sqr(load[j, 0], load[j, 1]))
@@ -40,7 +40,7 @@ def start_box(cables: Cables, load: Bounds) -> Bounds:
     for i in range(len(lengths)):
         c = (0.0, 0.0)
         for j in range(len(lengths)):
-            near, far = distance(anchors, j, anchors[i])
+            near, far = distance(exits, j, exits[i])
             slo, shi = sub(near, far, *lengths[j])
             slo, shi = sqr(max(slo, 0.0), max(shi, 0.0))
             slo, shi = mul(0.5, 0.5, *mul(*stiffness[j], slo, shi))
@@ -51,14 +51,14 @@ def start_box(cables: Cables, load: Bounds) -> Bounds:
         s = div(*add(*size, *sqrt(*q)), *k)
         reach = add(*s, *lengths[i])[1]
         for j in range(3):
-            lo, hi = sub(*anchors[i, j], -reach, reach)
+            lo, hi = sub(*exits[i, j], -reach, reach)
             box[j] = max(box[j, 0], lo), min(box[j, 1], hi)
     return box
 
 
 def low_point(cables: Cables, load: Bounds) -> tuple[Bounds, float]:
     """Return a point (3,) near the minimum, and a bound of its elastic energy for all lengths."""
-    elastic, anchors, lengths, stiffness, _ = cables
+    elastic, exits, lengths, stiffness, _ = cables
     low, ceiling, best = np.zeros(3), math.inf, math.inf
     if not elastic.all():
         return low, ceiling
@@ -71,7 +71,7 @@ def low_point(cables: Cables, load: Bounds) -> tuple[Bounds, float]:
         point = np.column_stack([x[:3], x[:3]])
         total = 0.0
         for i in range(len(L)):
-            excess = max(sub(*distance(anchors, i, point), *lengths[i])[1], 0.0)
+            excess = max(sub(*distance(exits, i, point), *lengths[i])[1], 0.0)
             term = mul(0.5, 0.5, *mul(*stiffness[i], *sqr(0.0, excess)))
             total = add(total, total, *term)[1]
         energy = total - float(f @ x[:3])

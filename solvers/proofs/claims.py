@@ -47,7 +47,7 @@ def box_of(search: Search, reduced: Reduced, root: Root) -> list[tuple[float, fl
     turned = np.empty((3, 3))
     rotation_at(z[:3].copy(), turned)
     pivot = model.orders[0, 0]
-    x = z[3:6] - model.anchors[pivot] + turned @ model.points[root.chart, pivot]
+    x = z[3:6] - model.exits[pivot] + turned @ model.arms[root.chart, pivot]
     flat = search.flat(root.chart)
     assert flat is not None
     widths = [hi - lo for lo, hi in root.unique[:3].tolist() if hi > lo]

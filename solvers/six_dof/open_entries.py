@@ -217,11 +217,11 @@ def neighbourhood(problem: Problem, entry: Solution, reach: float) -> Neighbourh
         return Neighbourhood(problem, pose, reach, size)
     if entry.family.kind != "rotation":
         return None
-    exits, points = problem.loaded.exits, problem.loaded.arms
+    exits, arms = problem.loaded.exits, problem.loaded.arms
     if all(is_zero(cross(minus(a, exits[0]), problem.load)) for a in exits):
         return Neighbourhood(problem, pose, reach, size, upward(problem.load))
-    if all(b == points[0] for b in points):
-        return Neighbourhood(problem, pose, reach, size, upward(problem.load), balls.fractions(points[0]))
+    if all(b == arms[0] for b in arms):
+        return Neighbourhood(problem, pose, reach, size, upward(problem.load), balls.fractions(arms[0]))
     return None
 
 

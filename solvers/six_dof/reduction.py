@@ -116,15 +116,15 @@ def space_problem(
     else:
         frame = Frame.plain()
         reduction = GEOMETRY if len(taut) == 6 else GENERAL
-    points = [frame.point(loaded.arms[i]) for i in (*taut, *others)]
+    arms = [frame.arm(loaded.arms[i]) for i in (*taut, *others)]
     if kind.kind is Kind.ABOUT_ROD:
-        points = [on_axis(p, 2) for p in points]
+        arms = [on_axis(p, 2) for p in arms]
     load = frame.force(loaded.load)
-    anchors = [frame.anchor(loaded.exits[i]) for i in (*taut, *others)]
+    exits = [frame.exit_point(loaded.exits[i]) for i in (*taut, *others)]
     if kind.kind is Kind.ABOUT_VERTICAL:
-        load, anchors = on_axis(load, 2), [on_axis(a, 2) for a in anchors]
-    lengths = unit_lengths(len(points))
-    model = build_model(anchors, points, lengths, load, len(taut), statics=statics, slack=slack)
+        load, exits = on_axis(load, 2), [on_axis(a, 2) for a in exits]
+    lengths = unit_lengths(len(arms))
+    model = build_model(exits, arms, lengths, load, len(taut), statics=statics, slack=slack)
     return Reduced(frame, model, reduction)
 
 
@@ -188,14 +188,14 @@ def plane_problems(
     for turned in [platform] if kind.vertical or kind.rod else [platform, mirrored]:
         frame = Frame(origin, base, turned)
         everyone = (*taut, *others)
-        points = [frame.point(loaded.arms[i]) for i in everyone]
-        anchors = [frame.anchor(loaded.exits[i]) for i in everyone]
+        arms = [frame.arm(loaded.arms[i]) for i in everyone]
+        exits = [frame.exit_point(loaded.exits[i]) for i in everyone]
         flat = len(taut)
-        points[:flat] = [on_axis(p, 0) if kind.rod else in_plane(p) for p in points[:flat]]
-        anchors[:flat] = [on_axis(a, 2) if kind.vertical else in_plane(a) for a in anchors[:flat]]
+        arms[:flat] = [on_axis(p, 0) if kind.rod else in_plane(p) for p in arms[:flat]]
+        exits[:flat] = [on_axis(a, 2) if kind.vertical else in_plane(a) for a in exits[:flat]]
         model = build_model(
-            anchors,
-            points,
+            exits,
+            arms,
             unit_lengths(len(everyone)),
             on_axis(frame.force(loaded.load), 2),
             flat,

@@ -139,7 +139,7 @@ class Prover:
         pivot = self.model.orders[0, 0]
         turned = np.empty((3, 3))
         rotation_at(u, turned)
-        x = p - self.model.anchors[pivot] + turned @ self.model.points[chart, pivot]
+        x = p - self.model.exits[pivot] + turned @ self.model.arms[chart, pivot]
         cell[0, :6] = np.repeat(u, 2)
         cell[0, 6:12] = np.repeat(x, 2)
         cell[0, POSE_COLUMNS.chart] = chart

@@ -107,8 +107,8 @@ def model_of(problem: Problem, cables: tuple[int, ...]) -> Model:
     """Return the arrays of some cables, all of them taut."""
     frame = Frame.plain()
     return build_model(
-        [frame.anchor(problem.loaded.exits[i]) for i in cables],
-        [frame.point(problem.loaded.arms[i]) for i in cables],
+        [frame.exit_point(problem.loaded.exits[i]) for i in cables],
+        [frame.arm(problem.loaded.arms[i]) for i in cables],
         [Range(*problem.lengths[i]) for i in cables],
         frame.force(problem.load),
         len(cables),

@@ -25,8 +25,8 @@ FORCE_STEP = 32
 SQUARES = ("square", "square_err", "lengths_sq", "lengths_sq_err")
 FORCES = ("load", "load_err")
 LENGTHS = (
-    *("anchors", "anchors_err", "anchor_steps", "anchor_steps_err"),
-    *("points", "points_err", "point_steps", "point_steps_err"),
+    *("exits", "exits_err", "exit_steps", "exit_steps_err"),
+    *("arms", "arms_err", "arm_steps", "arm_steps_err"),
     *("lengths", "size"),
 )
 """Fields of a model by their dimension."""

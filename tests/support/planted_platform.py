@@ -291,7 +291,7 @@ def plant_planar(rng: random.Random, *, slack: int = 0, width: Fraction = Fracti
     return Planted(model, chart, 2, u, p, t, anchors, points, load, lengths_sq)
 
 
-UNCERTAIN = ("anchors", "points", "anchor_steps", "point_steps", "square", "lengths_sq", "load")
+UNCERTAIN = ("exits", "arms", "exit_steps", "arm_steps", "square", "lengths_sq", "load")
 """Arrays of a model that have an error array beside them."""
 
 

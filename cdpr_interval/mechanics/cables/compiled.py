@@ -1,6 +1,6 @@
 """The laws of straight cables in compiled interval arithmetic, with the derivatives that solvers need.
 
-Arrays: ``cables`` is ``(elastic, anchors, lengths, k, w)``: (N,) flags; (N, 3, 2) exit points; (N, 2) lengths
+Arrays: ``cables`` is ``(elastic, exits, lengths, k, w)``: (N,) flags; (N, 3, 2) exit points; (N, 2) lengths
 (unstretched, m); (N, 2) spring constants k (N/m); (N, 2) enclosures of k l (N). The last axis is (lo, hi). A
 density t is tension / distance, N/m: the multiplier of a cable's length. A new law is a branch of these
 functions, and of no others.

@@ -3,7 +3,7 @@
 Everything the kernels need is a plain array: a middle and an error that together enclose the
 exact rational of the input. Rotations are covered by four charts: R = R(u) D_c with the Cayley
 rotation R(u), u in [-1, 1]^3, and D_c the identity or the half turn about x, y or z, so that in
-chart c the platform points are D_c b_i.
+chart c the arms are D_c b_i.
 """
 
 from __future__ import annotations
@@ -39,19 +39,19 @@ class Model(NamedTuple):
     only the former can have tension are excluded."""
     slack: bool
     """Cells where a cable outside the subset would be too long are excluded."""
-    anchors: Floats
+    exits: Floats
     """(N, 3) exit points A_i."""
-    anchors_err: Floats
-    points: Floats
-    """(4, N, 3) platform points D_c b_i from the centre of mass."""
-    points_err: Floats
+    exits_err: Floats
+    arms: Floats
+    """(4, N, 3) arms D_c b_i."""
+    arms_err: Floats
     """(N, 3)."""
-    anchor_steps: Floats
+    exit_steps: Floats
     """(N, N, 3) A_i - A_j."""
-    anchor_steps_err: Floats
-    point_steps: Floats
+    exit_steps_err: Floats
+    arm_steps: Floats
     """(4, N, N, 3) D_c (b_i - b_j)."""
-    point_steps_err: Floats
+    arm_steps_err: Floats
     """(N, N, 3)."""
     square: Floats
     """(N, N) |A_i - A_j|^2 + |b_i - b_j|^2; |c_i - c_j|^2 = square - 2 (A_i - A_j) . R (b_i - b_j)."""
@@ -110,16 +110,16 @@ def _norm_sq(a: RangeVector) -> Range:
     return a[0].squared() + a[1].squared() + a[2].squared()
 
 
-def platform_size(points: Floats) -> float:
-    """Return the power of two nearest to the largest distance of a platform point from the centre of mass.
+def platform_size(arms: Floats) -> float:
+    """Return the power of two nearest to the length of the longest arm.
 
-    1 if all are there. A power of two divides without rounding.
+    1 if all are zero. A power of two divides without rounding.
     """
-    most = float(np.sqrt((points**2).sum(axis=1).max())) or 1.0
+    most = float(np.sqrt((arms**2).sum(axis=1).max())) or 1.0
     return float(2.0 ** np.round(np.log2(most)))
 
 
-def triples_by_spread(anchors: Floats, points: Floats, n: int, most: int = 4) -> Ints:
+def triples_by_spread(exits: Floats, arms: Floats, n: int, most: int = 4) -> Ints:
     """Return up to ``most`` orders of the taut cables, best triple first.
 
     A triple is good when the centres c_i of its spheres stay far from one line over all
@@ -130,9 +130,9 @@ def triples_by_spread(anchors: Floats, points: Floats, n: int, most: int = 4) ->
     q = np.random.default_rng(20120514).normal(size=(64, 4))
     q /= np.linalg.norm(q, axis=1)[:, None]
     w, v = q[:, :1, None], q[:, 1:]
-    cross = np.cross(v[:, None, :], points[None, :n, :])
-    rotated = points[None, :n] + 2.0 * (w * cross + np.cross(v[:, None, :], cross))
-    centres = anchors[None, :n] - rotated
+    cross = np.cross(v[:, None, :], arms[None, :n, :])
+    rotated = arms[None, :n] + 2.0 * (w * cross + np.cross(v[:, None, :], cross))
+    centres = exits[None, :n] - rotated
     scored = []
     for i in range(n):
         for j in range(i + 1, n):
@@ -160,8 +160,8 @@ def central_first(orders: Ints, central: list[int]) -> Ints:
 
 
 def build_model(
-    anchors: list[RangeVector],
-    points: list[RangeVector],
+    exits: list[RangeVector],
+    arms: list[RangeVector],
     lengths: list[Range],
     load: RangeVector,
     n_taut: int,
@@ -171,12 +171,12 @@ def build_model(
     slack: bool = True,
 ) -> Model:
     """Enclose exact data (taut cables first) in the arrays of a ``Model``."""
-    count = len(anchors)
-    a, a_err = _vectors(anchors)
-    b, b_err = _vectors(points)
+    count = len(exits)
+    a, a_err = _vectors(exits)
+    b, b_err = _vectors(arms)
     pairs = [(i, j) for i in range(count) for j in range(count)]
-    steps_a = [_sub(anchors[i], anchors[j]) for i, j in pairs]
-    steps_b = [_sub(points[i], points[j]) for i, j in pairs]
+    steps_a = [_sub(exits[i], exits[j]) for i, j in pairs]
+    steps_b = [_sub(arms[i], arms[j]) for i, j in pairs]
     da, da_err = (x.reshape(count, count, 3) for x in _vectors(steps_a))
     db, db_err = (x.reshape(count, count, 3) for x in _vectors(steps_b))
     square, square_err = (
@@ -186,21 +186,21 @@ def build_model(
     squares = [Range(r.lo**2, r.hi**2) for r in lengths]
     l_sq, l_sq_err = split(squares)
     f, f_err = split(list(load))
-    central = [i for i in range(n_taut) if all(r.lo == r.hi == 0 for r in points[i])]
+    central = [i for i in range(n_taut) if all(r.lo == r.hi == 0 for r in arms[i])]
     return Model(
         n_taut=n_taut,
         planar=planar,
         statics=statics,
         hanging=statics and 1 <= n_taut - len(central) <= 3 and len(central) > 0,
         slack=slack,
-        anchors=a,
-        anchors_err=a_err,
-        points=np.ascontiguousarray(HALF_TURNS[:, None, :] * b),
-        points_err=b_err,
-        anchor_steps=np.ascontiguousarray(da),
-        anchor_steps_err=np.ascontiguousarray(da_err),
-        point_steps=np.ascontiguousarray(HALF_TURNS[:, None, None, :] * db),
-        point_steps_err=np.ascontiguousarray(db_err),
+        exits=a,
+        exits_err=a_err,
+        arms=np.ascontiguousarray(HALF_TURNS[:, None, :] * b),
+        arms_err=b_err,
+        exit_steps=np.ascontiguousarray(da),
+        exit_steps_err=np.ascontiguousarray(da_err),
+        arm_steps=np.ascontiguousarray(HALF_TURNS[:, None, None, :] * db),
+        arm_steps_err=np.ascontiguousarray(db_err),
         square=np.ascontiguousarray(square),
         square_err=np.ascontiguousarray(square_err),
         lengths=np.array([[enclose(r.lo)[0], enclose(r.hi)[1]] for r in lengths]),

@@ -1,6 +1,6 @@
 """Taut subsets whose poses come in families, recognised exactly on the input's rationals.
 
-(a) all taut exit points on one line parallel to the load: the whole pose turns about that line;
+(a) all taut exit arms on one line parallel to the load: the whole pose turns about that line;
 (b) all taut platform points and the centre of mass on one line: the platform turns about it;
 (c) all taut platform points at the centre of mass: the platform turns freely;
 (d) all taut platform points in one other point: the platform hangs under it or balances over it.
@@ -23,7 +23,7 @@ class Kind(Enum):
 
     GENERAL = "general"
     PLANE = "plane"
-    """Two cables: everything taut lies in the plane of the exit points and the load."""
+    """Two cables: everything taut lies in the plane of the exit arms and the load."""
     ABOUT_VERTICAL = "a"
     ABOUT_ROD = "b"
     FREE_TURNING = "c"
@@ -44,14 +44,14 @@ class Classification:
 def classify(loaded: LoadedRobot, taut: tuple[int, ...]) -> Classification:
     """Recognise the family of a taut subset from the exact input."""
     exits = [loaded.exits[i] for i in taut]
-    points = [loaded.arms[i] for i in taut]
+    arms = [loaded.arms[i] for i in taut]
     n = len(taut)
-    if is_dependent(exits, points):
+    if is_dependent(exits, arms):
         return Classification(Kind.DEPENDENT)
-    if all(b == points[0] for b in points):
-        return Classification(Kind.FREE_TURNING if is_zero(points[0]) else Kind.ONE_POINT)
+    if all(b == arms[0] for b in arms):
+        return Classification(Kind.FREE_TURNING if is_zero(arms[0]) else Kind.ONE_POINT)
     vertical = all(is_zero(cross(minus(a, exits[0]), loaded.load)) for a in exits)
-    rod = all(is_zero(cross(b, c)) for b, c in combinations(points, 2))
+    rod = all(is_zero(cross(b, c)) for b, c in combinations(arms, 2))
     if (vertical and rod and n > 3) or ((vertical or rod) and n > 5):
         return Classification(Kind.DEPENDENT)
     if n == 2 or (vertical and rod):
@@ -63,11 +63,11 @@ def classify(loaded: LoadedRobot, taut: tuple[int, ...]) -> Classification:
     return Classification(Kind.GENERAL)
 
 
-def is_dependent(exits: list[Vector], points: list[Vector]) -> bool:
+def is_dependent(exits: list[Vector], arms: list[Vector]) -> bool:
     """Return True where two cables coincide or more than three pull through one point."""
-    if len(set(zip(exits, points, strict=True))) < len(exits):
+    if len(set(zip(exits, arms, strict=True))) < len(exits):
         return True
-    return max(most_common(exits), most_common(points)) > 3
+    return max(most_common(exits), most_common(arms)) > 3
 
 
 def most_common(vectors: Iterable[Vector]) -> int:

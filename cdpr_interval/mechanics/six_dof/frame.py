@@ -46,13 +46,13 @@ class Frame:
                 balls.bounds_array(balls.fractions(self.origin) * -1).reshape(3, 1, 2),
             )
 
-    def anchor(self, a: Vector) -> RangeVector:
+    def exit_point(self, a: Vector) -> RangeVector:
         """Return an exit point in the model's base frame."""
         shifted = (a[0] - self.origin[0], a[1] - self.origin[1], a[2] - self.origin[2])
         return ranges(self.base, shifted)
 
-    def point(self, b: Vector) -> RangeVector:
-        """Return a platform point (from the centre of mass) in the model's platform frame."""
+    def arm(self, b: Vector) -> RangeVector:
+        """Return an arm in the model's platform frame."""
         return ranges(self.platform, b)
 
     def force(self, f: Vector) -> RangeVector:

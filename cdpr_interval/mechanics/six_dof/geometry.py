@@ -150,11 +150,11 @@ def rotation_rows(F: Forms, C: LaneArray, chart: int, S: Symbols) -> None:
 @kernel()
 def cable_rows(F: Forms, block: int, model: Any, i: int, pivot: int, S: Symbols) -> None:
     """Write s q_i, s d_i and s K_i to the rows from ``block``. Needs ``rotation_rows``."""
-    b0, b1, b2 = first_vector(model.point_steps, i, pivot)
-    a0, a1, a2 = vector3(model.anchor_steps, i, pivot)
+    b0, b1, b2 = first_vector(model.arm_steps, i, pivot)
+    a0, a1, a2 = vector3(model.exit_steps, i, pivot)
     most = largest(F, SCALE, S)
     # |R v| <= |v| entry by entry, so errors of b enter as their sum, times s.
-    e0, e1, e2 = vector3(model.point_steps_err, i, pivot)
+    e0, e1, e2 = vector3(model.arm_steps_err, i, pivot)
     spread = inflate_lanes(most * (e0 + e1 + e2), splat(0.0), 10.0)
     for k in range(3):
         combine3(F, block + ARM + k, ROTATION + 3 * k, b0, b1, b2, spread, S)
@@ -166,14 +166,14 @@ def cable_rows(F: Forms, block: int, model: Any, i: int, pivot: int, S: Symbols)
     size = splat(abs(model.square[i, pivot]) + abs(l1) + abs(li))
     error = 0.5 * inflate_lanes(squares, size, 10.0) * most
     for k in range(3):
-        error += model.anchor_steps_err[i, pivot, k] * largest(F, block + ARM + k, S)
+        error += model.exit_steps_err[i, pivot, k] * largest(F, block + ARM + k, S)
     combine3(F, block + OFFSET, block + ARM, -a0, -a1, -a2, inflate_lanes(error, splat(0.0), 20.0), S)
     add_scaled(F, block + OFFSET, SCALE, splat(half), S)
     one = splat(1.0)
     for k in range(3):
-        a = splat(model.anchor_steps[i, pivot, k])
+        a = splat(model.exit_steps[i, pivot, k])
         combine2(F, block + CENTRE + k, SCALE, a, block + ARM + k, -one, S)
-        error = model.anchor_steps_err[i, pivot, k] * most
+        error = model.exit_steps_err[i, pivot, k] * most
         widen(F, block + CENTRE + k, inflate_lanes(error, splat(0.0), 4.0), S)
 
 
@@ -200,8 +200,8 @@ def third_block(model: Any) -> int:
 def root_arm_rows(F: Forms, model: Any, S: Symbols) -> None:
     """Write s r_1, the pivot's platform point from the centre of mass."""
     pivot = model.orders[0, 0]
-    b0, b1, b2 = vector3(model.points, 0, pivot)
-    e = model.points_err[pivot, 0] + model.points_err[pivot, 1] + model.points_err[pivot, 2]
+    b0, b1, b2 = vector3(model.arms, 0, pivot)
+    e = model.arms_err[pivot, 0] + model.arms_err[pivot, 1] + model.arms_err[pivot, 2]
     spread = inflate_lanes(largest(F, SCALE, S) * e, splat(0.0), 10.0)
     for k in range(3):
         combine3(F, ROOT_ARM + k, ROTATION + 3 * k, b0, b1, b2, spread, S)
@@ -251,8 +251,8 @@ def wrench_rows(F: Forms, model: Any, S: Symbols) -> None:
             combine2(F, w + k, block + CENTRE + k, one, WRENCH + k, one, S)
             # (a - x) / size
             scale(F, SCRATCH + k, POSITION + k, splat(-size), S)
-            store(F, SCRATCH + k, 0, load(F, SCRATCH + k, 0) + size * model.anchor_steps[i, pivot, k])
-            error = splat(size * model.anchor_steps_err[i, pivot, k])
+            store(F, SCRATCH + k, 0, load(F, SCRATCH + k, 0) + size * model.exit_steps[i, pivot, k])
+            error = splat(size * model.exit_steps_err[i, pivot, k])
             widen(F, SCRATCH + k, inflate_lanes(error, magnitude(F, SCRATCH + k, S), 10.0), S)
         cross3(F, w + 3, block + ARM, SCRATCH, S)
     load_rows(F, model, S)

@@ -45,9 +45,9 @@ def fill_data(model: Any, chart: int, data: Any) -> None:
     n = model.n_taut
     for i in range(n):
         for k in range(3):
-            x, e = model.anchors[i, k], model.anchors_err[i, k]
+            x, e = model.exits[i, k], model.exits_err[i, k]
             data[i, k, 0], data[i, k, 1] = down(x - e), up(x + e)
-            x, e = model.points[chart, i, k], model.points_err[i, k]
+            x, e = model.arms[chart, i, k], model.arms_err[i, k]
             data[i, 3 + k, 0], data[i, 3 + k, 1] = down(x - e), up(x + e)
         x, e = model.lengths_sq[i], model.lengths_sq_err[i]
         data[i, 6, 0], data[i, 6, 1] = down(x - e), up(x + e)

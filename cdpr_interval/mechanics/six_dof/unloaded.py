@@ -30,7 +30,7 @@ def is_outer(model: Any, i: int) -> bool:
     """Return True for a cable off the centre of mass."""
     outer = False
     for k in range(3):
-        outer = outer or model.points[0, i, k] != 0.0 or model.points_err[i, k] != 0.0
+        outer = outer or model.arms[0, i, k] != 0.0 or model.arms_err[i, k] != 0.0
     return bool(outer)
 
 

@@ -55,7 +55,7 @@ def position_bounds(F: Forms, W: LaneArray, model: Any, S: Symbols) -> None:
     least = maximum(least, splat(1.0))
     one = splat(1.0)
     for k in range(3):
-        a, e = model.anchors[pivot, k], model.anchors_err[pivot, k]
+        a, e = model.exits[pivot, k], model.exits_err[pivot, k]
         middle = a - (load(F, WRENCH + k, 0) + load(F, ROOT_ARM + k, 0)) / load(F, SCALE, 0)
         offset = a - middle
         # s (x + (a - p~) - r_1); WRENCH holds -s x.

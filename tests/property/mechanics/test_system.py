@@ -219,7 +219,7 @@ def exact_unknowns(robot: Planted) -> list[Fraction]:
 def test_planted_roots_are_proved_and_lie_in_their_boxes(n: int) -> None:
     for robot in planted(n):
         _, root = proved_root(robot)
-        exact_data = bool(np.all(robot.model.anchors_err < 1e-15))
+        exact_data = bool(np.all(robot.model.exits_err < 1e-15))
         assert root is not None or not exact_data
         if root is None:
             continue

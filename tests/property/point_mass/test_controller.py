@@ -245,7 +245,7 @@ def test_arrays_are_kept_for_a_few_robots() -> None:
     assert all(a is robot_arrays(one) for a, one in zip(first[1:], under_load[1:], strict=True))
     assert robot_arrays(loaded(models[0])) is not first[0]
     again = robot_arrays(loaded(models[5], (Fraction(1), Fraction(0), Fraction(0))))
-    assert again.load_exact[0] == 1 and again.anchors is first[5].anchors
+    assert again.load_exact[0] == 1 and again.exit_bounds is first[5].exit_bounds
 
 
 @pytest.mark.parametrize(("name", "short"), [("merlet_4_1", "no-pose"), ("merlet_4_1_k100", "proved")])
