@@ -167,6 +167,7 @@ def build_result(problem: Problem, options: Options, answer: Answer, seconds: fl
         cables=robot.cable_names,
         lengths=length_bounds(problem.lengths),
         question=Question(
+            command="fk",
             taut=problem.taut,
             ignore_slack=options.ignore_slack,
             ignore_tension_sign=options.ignore_tension_sign,

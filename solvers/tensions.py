@@ -30,6 +30,7 @@ from cdpr_interval.robots.cable_robot import Robot, exact_point
 from solvers.answers.data import (
     Answer,
     CableState,
+    Certainty,
     Nominal,
     Proof,
     Solution,
@@ -320,9 +321,12 @@ def entry(problem: TensionProblem, c: arb_mat, tensions: Sequence[arb]) -> Solut
         tensions=pulls,
         distances=distances,
         slack_respected=True,
+        existence=Certainty.PROVED,
+        uniqueness=Certainty.PROVED,
         proof=Proof.CONVEXITY,
         stability=Stability.STABLE,
         nominal=Nominal((x, y, z), (1.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0)),
+        family=None,
         note="tensions are given; a cable outside them carries nothing, whatever its length",
     )
 
