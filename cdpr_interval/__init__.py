@@ -42,9 +42,9 @@ def load_robot(source: str | os.PathLike[str]) -> Robot:
 
 
 def __getattr__(name: str) -> str:
-    """Return ``__version__`` from the installed package's metadata, looked up on first use."""
+    """Return ``__version__``, looked up on first use."""
     if name != "__version__":
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    from importlib.metadata import version
+    from cdpr_interval.version import version
 
-    return version("cdpr-interval")
+    return version()

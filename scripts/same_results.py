@@ -34,7 +34,7 @@ from tests.support.planted import platform
 POINT_KINDS = ("point-mass", "point-mass-elastic")
 CELLS = 20_000
 """Most cells of a planted robot: enough for most, and what stays open is compared as well."""
-TIMES = ("time_s", "sha256")
+TIMES = ("time_s", "sha256", "provenance")
 """Fields that say nothing of the answer."""
 STEPS = 200
 """Of a closed path."""

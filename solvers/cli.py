@@ -160,8 +160,24 @@ def _fail(code: ExitCode, message: str) -> ExitCode:
     return code
 
 
+def _print_version(context: click.Context, parameter: click.Parameter, is_asked: bool) -> None:
+    """Print the version, which costs a question to git in a checkout: only when it is asked for."""
+    if is_asked and not context.resilient_parsing:
+        from cdpr_interval.version import version
+
+        click.echo(f"cdpr-solve, version {version()}")
+        context.exit()
+
+
 @click.group(cls=CommandLine, context_settings={"help_option_names": ["-h", "--help"]})
-@click.version_option(package_name="cdpr-interval", prog_name="cdpr-solve")
+@click.option(
+    "--version",
+    is_flag=True,
+    is_eager=True,
+    expose_value=False,
+    callback=_print_version,
+    help="Show the version and exit.",
+)
 def cli() -> None:
     """Find and prove every static pose of a cable-driven parallel robot.
 

@@ -12,6 +12,7 @@ from cdpr_interval.robots.cable_robot import Robot
 from solvers.answers.data import Answer, Question, RobotIdentity, Statistics, StopReason
 from solvers.answers.message import message_of
 from solvers.answers.order import sort_solutions, sort_subsets, sort_undecided
+from solvers.answers.provenance import provenance
 from solvers.answers.result import Result
 from solvers.answers.tool import this_tool
 from solvers.classes import class_of
@@ -183,4 +184,5 @@ def build_result(problem: Problem, options: Options, answer: Answer, seconds: fl
         pending=answer.pending,
         subsets=sort_subsets(answer.subsets),
         statistics=Statistics(answer.cells, seconds, options.threads),
+        provenance=provenance(robot, problem.lengths, problem.external_force),
     )

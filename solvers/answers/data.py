@@ -27,6 +27,7 @@ from solvers.answers.fields import (
     Triple,
     Vector,
 )
+from solvers.answers.provenance import Provenance
 
 FORMAT = "cdpr-result/1"
 
@@ -312,3 +313,5 @@ class ResultData(Described):
     """What was done for each subset of taut cables, smallest first."""
     statistics: Statistics
     """What the run cost."""
+    provenance: Provenance | None = None
+    """Where the result comes from; left out of results written before there was one."""

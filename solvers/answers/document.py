@@ -25,7 +25,7 @@ R = TypeVar("R", bound=ResultData)
 
 MOST_COMPLAINTS = 20
 """About one document; the rest is counted."""
-ABSENT = {"note": "", "tensions_given_N": None}
+ABSENT = {"note": "", "tensions_given_N": None, "provenance": None}
 """Keys that are left out where they say nothing."""
 _RULES = {
     "missing": "missing",
@@ -66,14 +66,19 @@ def result_from_json(source: str | bytes | Mapping[str, Any], kind: type[R]) -> 
 
 def to_document(value: Any, form: str, cables: Sequence[str]) -> Json:
     """Return a dataclass as a document of a format; the names of cables stand for their indices."""
-    written = adapter(type(value)).serializer.to_python(
+    return {"format": form, **_without_absent(to_json(value, cables))}
+
+
+def to_json(value: Any, cables: Sequence[str] = ()) -> Json:
+    """Return a dataclass as it stands in a document."""
+    written: Json = adapter(type(value)).serializer.to_python(
         value, mode="json", by_alias=True, context=tuple(cables), warnings=False
     )
-    return {"format": form, **_without_absent(written)}
+    return written
 
 
 def _without_absent(document: Json) -> Json:
-    for part in (document.get("question", {}), *document.get("solutions", ())):
+    for part in (document, document.get("question", {}), *document.get("solutions", ())):
         for key, nothing in ABSENT.items():
             if key in part and part[key] == nothing:
                 del part[key]

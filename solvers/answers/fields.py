@@ -7,12 +7,17 @@ document is written or read; nothing here imports it before.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from fractions import Fraction
+from functools import partial
 from typing import Annotated, Any, ClassVar
 
 import numpy as np
 
+from cdpr_interval.exact.decimal_text import exact_text
 from cdpr_interval.exact.enclosure import Bounds
+from cdpr_interval.exact.range import LengthRange
+from solvers.answers.robot_data import robot_from_dict, robot_to_dict
 
 CABLES, ANY = "N", "m"
 """Lengths of an axis: the number of cables, and any."""
@@ -127,6 +132,48 @@ class NotNegative:
         return core_schema.int_schema(ge=0, strict=True)
 
 
+class ExactRanges:
+    """Exact ranges; in JSON texts such as 7.1 or 7.099..7.101."""
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> Any:
+        """Return how ranges are read and written."""
+        return _of_texts(_read_range, _range_text, "a list of numbers or ranges as texts")
+
+    def __get_pydantic_json_schema__(self, schema: Any, handler: Any) -> Any:
+        """Return a list of texts."""
+        return {"type": "array", "items": {"type": "string"}}
+
+
+class ExactNumbers:
+    """Exact numbers; in JSON texts such as 7.1."""
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> Any:
+        """Return how numbers are read and written."""
+        return _of_texts(Fraction, partial(exact_text, longest=LONGEST), "a list of numbers as texts")
+
+    def __get_pydantic_json_schema__(self, schema: Any, handler: Any) -> Any:
+        """Return a list of texts."""
+        return {"type": "array", "items": {"type": "string"}}
+
+
+class RobotData:
+    """A robot; in JSON its data in exact numbers."""
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> Any:
+        """Return how a robot is read and written."""
+        from pydantic_core import core_schema
+
+        written = core_schema.plain_serializer_function_ser_schema(robot_to_dict)
+        return core_schema.no_info_plain_validator_function(robot_from_dict, serialization=written)
+
+    def __get_pydantic_json_schema__(self, schema: Any, handler: Any) -> Any:
+        """Return an object."""
+        return {"type": "object"}
+
+
+LONGEST = 120
+"""Digits of an exact decimal: any double of an ordinary size has fewer; others are written as p/q."""
+
 Interval = Annotated[Bounds, Numbers((2,))]
 Vector = Annotated[Bounds, Numbers((3, 2))]
 Matrix = Annotated[Bounds, Numbers((3, 3, 2))]
@@ -135,6 +182,32 @@ Cables = Annotated[tuple[int, ...], AsNames()]
 Count = Annotated[int, NotNegative()]
 Triple = tuple[float, float, float]
 Quadruple = tuple[float, float, float, float]
+
+
+def _of_texts(read: Callable[[str], Any], write: Callable[[Any], str], what: str) -> Any:
+    """Return how a tuple of exact values is read and written, as a list of texts."""
+    from pydantic_core import core_schema
+
+    def read_all(value: Any) -> Any:
+        if not isinstance(value, list) or not all(isinstance(entry, str) for entry in value):
+            raise ValueError(f"must be {what}")
+        try:
+            return tuple(read(entry) for entry in value)
+        except (ValueError, ZeroDivisionError):
+            raise ValueError(f"must be {what}") from None
+
+    written = core_schema.plain_serializer_function_ser_schema(lambda values: [write(v) for v in values])
+    return core_schema.no_info_plain_validator_function(read_all, serialization=written)
+
+
+def _read_range(text: str) -> LengthRange:
+    lo, _, hi = text.partition("..")
+    return Fraction(lo), Fraction(hi or lo)
+
+
+def _range_text(ends: LengthRange) -> str:
+    lo, hi = (exact_text(end, LONGEST) for end in ends)
+    return lo if lo == hi else f"{lo}..{hi}"
 
 
 def numbers(bounds: Bounds) -> Any:

@@ -8,6 +8,7 @@ import time
 from collections.abc import Callable
 from contextlib import ExitStack, suppress
 from dataclasses import asdict, dataclass, replace
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
@@ -16,15 +17,19 @@ from cdpr_interval.files.document import parse_document
 from cdpr_interval.files.literal import printable
 from cdpr_interval.files.validation import Models
 from cdpr_interval.robots.cable_robot import Robot
+from solvers.answers.document import to_json
+from solvers.answers.provenance import Provenance
 from solvers.answers.tool import this_tool
 from solvers.batch import job_schema, tables
 from solvers.batch.executor import Executor
 from solvers.batch.job_file import Batch, Outputs, outputs_of
-from solvers.batch.ledger import Ledger
+from solvers.batch.ledger import Ledger, Recorded
 from solvers.batch.ledger_file import FILE
 from solvers.batch.run import BatchProgress, BatchRun
 from solvers.batch.summary import Summary, write_summary
 from solvers.batch.work import Chunk, Task, solve_chunk
+from solvers.questions.force import ZERO, read_force
+from solvers.questions.lengths import read_lengths
 
 ESTIMATE_SECONDS = 10.0
 """Time that an estimate may take."""
@@ -156,7 +161,7 @@ def result_of(ledger: Ledger, number: int) -> dict[str, Any]:
         raise InputError(f"job {number}: there is none")
     if job.answer is None:
         raise InputError(f"job {number}: {job.status.value}{': ' + job.message if job.message else ''}")
-    asked, settings = json.loads(job.input), ledger.settings()
+    asked, answer, settings = json.loads(job.input), json.loads(job.answer), ledger.settings()
     question = {
         "command": "fk",
         "taut": asked.get("taut"),
@@ -167,7 +172,20 @@ def result_of(ledger: Ledger, number: int) -> dict[str, Any]:
         "external_force_N": [float(x) for x in asked.get("external_force_N", (0, 0, 0))],
     }
     tool = {"name": this_tool().name, "version": ledger.fact("version")}
-    return result_document(json.loads(job.answer), robot_of(ledger, number), question, tool)
+    robot = robot_of(ledger, number)
+    origin = to_json(_provenance(ledger, job, robot, asked, answer))
+    return result_document(answer, robot, question, tool, origin)
+
+
+def _provenance(
+    ledger: Ledger, job: Recorded, robot: Robot, asked: dict[str, Any], answer: dict[str, Any]
+) -> Provenance:
+    """Return where the answer of a job comes from: the lengths of a pose are the doubles of the answer."""
+    assert job.started is not None and job.seconds is not None and job.host is not None
+    ended = datetime.fromtimestamp(job.started + job.seconds, UTC).replace(microsecond=0)
+    lengths = read_lengths(asked.get("lengths_m", answer["lengths_m"]), robot.cable_names)
+    force = read_force(asked.get("external_force_N", ZERO))
+    return Provenance(ended, job.host, ledger.versions(), lengths, force, robot)
 
 
 def estimate(batch: Batch) -> Estimate:

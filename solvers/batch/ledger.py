@@ -6,6 +6,7 @@ are pending again, the others are never done twice.
 
 from __future__ import annotations
 
+import json
 import sqlite3
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
@@ -161,9 +162,14 @@ class Ledger:
         self.close()
 
     def fact(self, key: str) -> str:
-        """Return what is said about the whole batch: format, version, settings, created, job_file."""
+        """Return what is said about the whole batch: format, version, versions, settings, created, job_file."""
         (value,) = self._connection.execute("SELECT value FROM meta WHERE key = ?", (key,)).fetchone()
         return str(value)
+
+    def versions(self) -> dict[str, str]:
+        """Return the versions of what the answers come from, as a result's provenance has them."""
+        found: dict[str, str] = json.loads(self.fact("versions"))
+        return found
 
     def settings(self) -> Settings:
         """Return how the problems are solved."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import fcntl
 import itertools
+import json
 import sqlite3
 import time
 from collections.abc import Iterable, Iterator
@@ -13,6 +14,7 @@ from typing import IO
 
 from cdpr_interval.errors import CdprError, InputError
 from cdpr_interval.files.literal import printable
+from solvers.answers.provenance import versions
 from solvers.batch.job import Job, Settings, key_of, key_prefix
 from solvers.batch.robot_files import RobotFile
 
@@ -90,6 +92,7 @@ def write(
                 connection.execute(statement)
             facts = {"format": FORMAT, "version": version, "settings": settings.to_json()}
             facts["created"] = time.strftime("%Y-%m-%dT%H:%M:%SZ", time.gmtime())
+            facts["versions"] = json.dumps(versions())
             facts["job_file"] = text.decode("utf-8", "replace")
             connection.executemany("INSERT INTO meta VALUES (?, ?)", facts.items())
             connection.executemany(

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from typing import Any
 
+from cdpr_interval.exact.decimal_text import exact_text
 from certificates.problem import FORMAT
 from solvers.answers.result import Result
 from solvers.answers.tool import this_tool
@@ -12,7 +13,7 @@ from solvers.proofs.listed import (
     document_candidates,
     document_solutions,
 )
-from solvers.proofs.text import exact_text, robot_document, solution_document, vector
+from solvers.proofs.text import robot_document, solution_document, vector
 from solvers.questions.problem import Options, Problem
 
 Json = dict[str, Any]

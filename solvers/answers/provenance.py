@@ -1,0 +1,62 @@
+"""Where a result comes from: the question in exact numbers, when and where it was answered, and with what."""
+
+from __future__ import annotations
+
+import platform
+import socket
+from collections.abc import Sequence
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from functools import cache
+from typing import Annotated
+
+from cdpr_interval.exact.range import LengthRange
+from cdpr_interval.exact.vector import Vector
+from cdpr_interval.robots.cable_robot import Robot
+from cdpr_interval.version import PACKAGE, version
+from solvers.answers.fields import Described, ExactNumbers, ExactRanges, RobotData
+from solvers.answers.robot_data import DIGEST, robot_to_dict
+
+ARITHMETIC = ("numba", "numpy", "python-flint")
+"""Packages whose code the numbers of a result come from."""
+
+
+@dataclass(frozen=True, eq=False)
+class Provenance(Described):
+    """Where a result comes from; two runs of one question differ in nothing else but their times."""
+
+    date: datetime
+    """UTC: when the answer was ready."""
+    host: str
+    """Name of the machine."""
+    versions: dict[str, str]
+    """Of this package, of Python, and of the packages whose arithmetic the numbers come from."""
+    lengths: Annotated[tuple[LengthRange, ...], ExactRanges()]
+    """The lengths that were solved, exactly, as ``--lengths`` takes them: 7.1 or 7.099..7.101 (p/q where no
+    decimal is exact). Empty where tensions were given."""
+    external_force: Annotated[Vector, ExactNumbers()]
+    """The external force, exactly."""
+    robot: Annotated[Robot, RobotData()]
+    """The robot that was solved, exactly: the data of its file (``sha256``) unless they were changed in memory,
+    and their own digest ``data_sha256``."""
+
+    @property
+    def robot_digest(self) -> str:
+        """The digest of the robot's data in hexadecimal, whatever file they came from."""
+        found: str = robot_to_dict(self.robot)[DIGEST]
+        return found
+
+
+def provenance(robot: Robot, lengths: Sequence[LengthRange], external_force: Vector) -> Provenance:
+    """Return the provenance of an answer that is ready now."""
+    now = datetime.now(UTC).replace(microsecond=0)
+    return Provenance(now, socket.gethostname(), versions(), tuple(lengths), external_force, robot)
+
+
+@cache
+def versions() -> dict[str, str]:
+    """Return the versions of what the numbers come from, read once a process."""
+    from importlib.metadata import version as installed
+
+    found = {PACKAGE: version(), "python": platform.python_version()}
+    return found | {name: installed(name) for name in ARITHMETIC}
