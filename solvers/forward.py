@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import time
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
@@ -21,11 +22,12 @@ from solvers.questions.errors import InputErrors
 from solvers.questions.force import NO_LOAD, ZERO, read_force
 from solvers.questions.lengths import read_lengths
 from solvers.questions.problem import Options, Problem, Progress
+from solvers.questions.robot import require_robot
 from solvers.questions.subset import read_subset
 
 
 def forward_kinematics(
-    robot: Robot,
+    robot: Robot | str | os.PathLike[str],
     lengths: str | Sequence[Any] | Mapping[str, Any],
     *,
     taut: str | Iterable[str | int] | None = None,
@@ -43,8 +45,8 @@ def forward_kinematics(
 
     Parameters
     ----------
-    robot : Robot
-        As `cdpr_interval.load_robot` returns it.
+    robot : Robot, str or PathLike
+        As `cdpr_interval.load_robot` returns it, or what that takes: a file or the name of a shipped robot.
     lengths : sequence, mapping or str
         One length per cable in m, in file order or by name; unstretched for elastic cables. A float is
         that exact double; a str, Decimal or Fraction is exact; a pair (lo, hi) is a range.
@@ -96,7 +98,8 @@ def forward_kinematics(
         threads=threads,
         progress=progress,
     )
-    return answer_question(pose_problem(robot, lengths, taut, external_force, options), options)
+    problem = pose_problem(require_robot(robot), lengths, taut, external_force, options)
+    return answer_question(problem, options)
 
 
 def pose_problem(

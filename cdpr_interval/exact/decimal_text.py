@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from fractions import Fraction
 
-
 LONGEST_DECIMAL = 40
 """Digits."""
 

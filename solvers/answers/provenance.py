@@ -15,7 +15,7 @@ from cdpr_interval.exact.vector import Vector
 from cdpr_interval.robots.cable_robot import Robot
 from cdpr_interval.version import PACKAGE, version
 from solvers.answers.fields import Described, ExactNumbers, ExactRanges, RobotData
-from solvers.answers.robot_data import DIGEST, robot_to_dict
+from solvers.answers.robot_data import digest_of
 
 ARITHMETIC = ("numba", "numpy", "python-flint")
 """Packages whose code the numbers of a result come from."""
@@ -37,14 +37,13 @@ class Provenance(Described):
     external_force: Annotated[Vector, ExactNumbers()]
     """The external force, exactly."""
     robot: Annotated[Robot, RobotData()]
-    """The robot that was solved, exactly: the data of its file (``sha256``) unless they were changed in memory,
-    and their own digest ``data_sha256``."""
+    """The robot that was solved, exactly; ``sha256`` is the digest of its file, ``data_sha256`` that of these
+    numbers."""
 
     @property
     def robot_digest(self) -> str:
         """The digest of the robot's data in hexadecimal, whatever file they came from."""
-        found: str = robot_to_dict(self.robot)[DIGEST]
-        return found
+        return digest_of(self.robot)
 
 
 def provenance(robot: Robot, lengths: Sequence[LengthRange], external_force: Vector) -> Provenance:

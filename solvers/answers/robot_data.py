@@ -1,4 +1,4 @@
-"""The data of a robot in exact numbers as a document, and the robot of such a document: what was really solved.
+"""The data of a robot in exact numbers as a document, and back: what was really solved.
 
 The layout is that of ``cdpr-robot/1`` without winches and notes, every number a text: a decimal or p/q. The
 digest is that of the data, whatever file they came from.
@@ -34,6 +34,12 @@ def robot_to_dict(robot: Robot) -> Json:
         "cables": [_cable(cable) for cable in robot.cables],
     }
     return {DIGEST: digest(data), **data}
+
+
+def digest_of(robot: Robot) -> str:
+    """Return the digest of a robot's data in hexadecimal, whatever file they came from."""
+    found: str = robot_to_dict(robot)[DIGEST]
+    return found
 
 
 def digest(data: Json) -> str:

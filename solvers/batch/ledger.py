@@ -162,7 +162,7 @@ class Ledger:
         self.close()
 
     def fact(self, key: str) -> str:
-        """Return what is said about the whole batch: format, version, versions, settings, created, job_file."""
+        """Return what is said about the whole batch, see `ledger_file.write`: version, settings, ..."""
         (value,) = self._connection.execute("SELECT value FROM meta WHERE key = ?", (key,)).fetchone()
         return str(value)
 

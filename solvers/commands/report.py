@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 @click.argument("source", metavar="RESULT|DIR")
 @click.option("--out", required=True, metavar="FILE", help="The HTML file; it needs nothing else.")
 @click.option("--figures", metavar="DIR", help="Write the figures as PNG and SVG too.")
-@click.option("--robot", metavar="FILE", help="The robot of RESULT.  [default: the shipped one it names]")
+@click.option("--robot", metavar="FILE", help="The robot of RESULT.  [default: the one in it]")
 @click.option("--certificate", metavar="FILE", help="Check this certificate of RESULT and say what came out.")
 @click.option("--job", type=click.IntRange(min=1), metavar="N", help="Only this job of the batch in DIR.")
 def command(

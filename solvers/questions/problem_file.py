@@ -57,7 +57,7 @@ def read_problem_file(
 
 
 def _free(document: Document) -> dict[str, LengthRange]:
-    """Return the lengths of cables whose names are also names of the user's own keys, which models never see."""
+    """Return the lengths of cables whose names are like the user's own keys, which models never see."""
     found = {}
     for name, node in document.root.mapping["lengths_m"].mapping.items():
         if is_free(name):

@@ -1,4 +1,4 @@
-"""The one block of a ``cdpr-problem/1`` file as a pydantic model; also the source of its JSON Schema and page."""
+"""The block of a ``cdpr-problem/1`` file as a pydantic model, from which its JSON Schema and page come."""
 
 from __future__ import annotations
 

@@ -10,6 +10,7 @@ from cdpr_interval.files.literal import printable, quote
 from cdpr_interval.robots.cable_robot import Robot
 from cdpr_interval.robots.formats.reader import load_robot, shipped_robots
 from solvers.answers.result import Result
+from solvers.answers.robot_data import digest_of
 from solvers.batch.campaign import result_of, robot_of
 from solvers.batch.ledger import Ledger
 from solvers.proofs.check import Proof, proof_of
@@ -37,7 +38,8 @@ def read_result(path: Path, robot: str | None, certificate: str | None) -> Resul
     ----------
     path : Path
     robot : str, optional
-        File or shipped name; the default is the shipped robot whose file the result names by digest.
+        File or shipped name; the default is the robot in the result, or for a result without one the shipped
+        robot whose file it names by digest.
     certificate : str, optional
         A certificate file; it is checked.
 
@@ -83,6 +85,8 @@ def result_in_batch(folder: Path, number: int) -> ResultSource:
 
 def _robot(result: Result, source: str | None) -> Robot:
     wanted = result.robot.sha256
+    if source is None and result.provenance is not None:
+        return result.source_robot
     if source is None:
         for name in shipped_robots():
             robot = load_robot(name)
@@ -90,10 +94,17 @@ def _robot(result: Result, source: str | None) -> Robot:
                 return robot
         raise InputError(f"--robot: missing (no shipped robot is {quote(result.robot.name)} of the result)")
     robot = load_robot(source)
+    require_same(result, robot, "--robot")
+    return robot
+
+
+def require_same(result: Result, robot: Robot, label: str) -> None:
+    """Raise `InputError` for another robot than the one of a result."""
     if robot.cable_names != result.cables:
         raise InputError(
-            f"--robot: has cables {', '.join(robot.cable_names)}, the result {', '.join(result.cables)}"
+            f"{label}: has cables {', '.join(robot.cable_names)}, the result {', '.join(result.cables)}"
         )
-    if wanted and robot.sha256 != wanted:
-        raise InputError("--robot: is not the file of the result (its SHA-256 differs)")
-    return robot
+    if result.provenance is not None and digest_of(robot) != result.provenance.robot_digest:
+        raise InputError(f"{label}: is not the robot of the result (the digest of its data differs)")
+    if result.robot.sha256 and robot.sha256 != result.robot.sha256:
+        raise InputError(f"{label}: is not the file of the result (its SHA-256 differs)")

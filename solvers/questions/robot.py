@@ -1,0 +1,30 @@
+"""The robot a caller gives: itself, its file, or the name of one that ships."""
+
+from __future__ import annotations
+
+import os
+from typing import Any
+
+from cdpr_interval.errors import InputError
+from cdpr_interval.robots.cable_robot import Robot
+
+
+def require_robot(given: Any) -> Robot:
+    """Return a robot as it is, and that of a file or of a name.
+
+    Raises
+    ------
+    InputError
+        It is none of these, or the file has errors: one line each.
+    """
+    if isinstance(given, Robot):
+        return given
+    if isinstance(given, str | os.PathLike):
+        from cdpr_interval.robots.formats.reader import load_robot
+
+        return load_robot(given)
+    raise InputError(f"robot: must be a robot, a file or the name of a robot that ships, got {_shown(given)}")
+
+
+def _shown(given: Any) -> str:
+    return repr(given) if given is None or isinstance(given, bool | int | float) else type(given).__name__
