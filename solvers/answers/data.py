@@ -140,7 +140,7 @@ class Solution(Described):
     proof: Proof
     """The theorem behind the entry."""
     stability: Stability
-    """Whether the pose is a strict minimum of the potential energy."""
+    """Only in a stable pose the platform can hang."""
     nominal: Nominal
     """The middle of the box, for pictures and for starting values."""
     family: Family | None
@@ -312,6 +312,6 @@ class ResultData(Described):
     subsets: tuple[SubsetReport, ...]
     """What was done for each subset of taut cables, smallest first."""
     statistics: Statistics
-    """What the run cost."""
+    """Cells, time and threads of the whole run."""
     provenance: Provenance | None = None
     """Where the result comes from; left out of results written before there was one."""

@@ -188,6 +188,8 @@ def test_a_ledger_keeps_claims_that_are_not_the_usual_ones():
         result = result_of(answer_of(entry))
         document = result.to_dict()
         kept = json.loads(answer_text(result))
-        again = result_document(kept, hanging_mass.robot(), document["question"], document["tool"])
+        again = result_document(
+            kept, hanging_mass.robot(), *(document[key] for key in ("question", "tool", "provenance"))
+        )
         assert again["solutions"] == document["solutions"]
         assert ("existence" in kept["solutions"][0]) is (not entry.is_proved)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import sqlite3
 import time
 from concurrent.futures import ThreadPoolExecutor
+from datetime import UTC, datetime
 from importlib.resources import files
 from multiprocessing import active_children
 
@@ -60,6 +61,9 @@ def test_every_answer_is_that_of_the_solver(tmp_path):
             wanted = forward_kinematics(robot, asked["lengths_m"]).to_dict()
             for timed in (wanted["statistics"], *wanted["subsets"]):
                 timed["time_s"] = 0.0
+            ended = datetime.fromtimestamp(job.started + job.seconds, UTC).replace(microsecond=0)
+            assert datetime.fromisoformat(found["provenance"].pop("date")) == ended
+            assert datetime.fromisoformat(wanted["provenance"].pop("date")) >= ended
             assert found == wanted
 
 

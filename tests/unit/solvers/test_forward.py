@@ -65,6 +65,7 @@ def test_the_result_has_the_keys_of_the_format_in_order(asked):
     assert list(document) == [
         "format", "tool", "robot", "model", "cables", "lengths_m", "question", "outcome", "stop_reason",
         "message", "solutions", "undecided", "pending", "subsets", "statistics",
+        "provenance",
     ]  # fmt: skip
     assert list(document["solutions"][0]) == [
         "taut", "cable_states", "position_m", "rotation", "height_m", "tensions_N", "distances_m",
