@@ -36,6 +36,8 @@ def load_robot(source: str | os.PathLike[str]) -> Robot:
     InputError
         With one line per error, ``FILE:LINE:COLUMN: path: rule``.
     """
+    if not isinstance(source, str | os.PathLike):
+        raise InputError(f"robot: must be a file or the name of a robot, got {type(source).__name__}")
     from cdpr_interval.robots.formats.reader import load_robot as load
 
     return load(source)

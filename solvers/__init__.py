@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from solvers.point_mass.controller import PointMass, PointMassPose, PoseStatus
     from solvers.polynomial import polynomial_report
     from solvers.report.written import result_figure, write_report
+    from solvers.six_dof.estimate import Estimate
     from solvers.six_dof.tracked_pose import Region, TrackedPose, TrackStatus
     from solvers.six_dof.tracker import Tracker
     from solvers.tensions import pose_from_tensions
@@ -39,6 +40,7 @@ if TYPE_CHECKING:
 _HOMES = {
     "CableState": "solvers.answers.data",
     "Certainty": "solvers.answers.data",
+    "Estimate": "solvers.six_dof.estimate",
     "Family": "solvers.answers.data",
     "IkResult": "solvers.answers.inverse",
     "Nominal": "solvers.answers.data",
@@ -71,6 +73,7 @@ _HOMES = {
 __all__ = [
     "CableState",
     "Certainty",
+    "Estimate",
     "Family",
     "IkResult",
     "Nominal",

@@ -10,6 +10,7 @@ from cdpr_interval.errors import InputError, NotSupportedError
 from cdpr_interval.files.literal import printable
 from solvers.answers.result import Result
 from solvers.forward import answer_question
+from solvers.questions.arguments import read_path
 from solvers.questions.checked import check_budgets
 from solvers.questions.errors import InputErrors
 from solvers.questions.problem import Method, Options, Problem
@@ -21,11 +22,10 @@ def write_certificate(result: Result, path: str | os.PathLike[str], time_limit: 
     from solvers.six_dof.record import Record
 
     problem, options = question_of(result)
-    errors = InputErrors()
+    target, errors = read_path(path, "path"), InputErrors()
     options = replace(options, time_limit=time_limit, record=Record())
     check_budgets(options, errors, str)
     errors.require_none()
-    target = Path(path)
     try:
         # Before a search that may take long.
         target.open("ab").close()

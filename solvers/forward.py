@@ -10,6 +10,7 @@ from typing import Any
 from cdpr_interval.engine.budget import Budget
 from cdpr_interval.exact.enclosure import length_bounds
 from cdpr_interval.robots.cable_robot import Robot
+from cdpr_interval.robots.given import require_robot
 from solvers.answers.data import Answer, Question, RobotIdentity, Statistics, StopReason
 from solvers.answers.message import message_of
 from solvers.answers.order import sort_solutions, sort_subsets, sort_undecided
@@ -22,7 +23,6 @@ from solvers.questions.errors import InputErrors
 from solvers.questions.force import NO_LOAD, ZERO, read_force
 from solvers.questions.lengths import read_lengths
 from solvers.questions.problem import Options, Problem, Progress
-from solvers.questions.robot import require_robot
 from solvers.questions.subset import read_subset
 
 

@@ -10,6 +10,7 @@ from A_j.
 
 from __future__ import annotations
 
+import os
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -27,6 +28,7 @@ from cdpr_interval.mechanics.cables.law import law_of
 from cdpr_interval.mechanics.loaded import LoadedRobot, loaded
 from cdpr_interval.mechanics.stability import Stability
 from cdpr_interval.robots.cable_robot import Robot, exact_point
+from cdpr_interval.robots.given import require_robot
 from solvers.answers.data import (
     Answer,
     CableState,
@@ -80,10 +82,10 @@ class TensionProblem:
 
 
 def tension_problem(
-    robot: Robot, tensions: Any, taut: Any = None, external_force: Any = None
+    robot: Robot | str | os.PathLike[str], tensions: Any, taut: Any = None, external_force: Any = None
 ) -> TensionProblem:
     """Return the checked question; ``tensions`` are written as lengths are, those of the taut cables."""
-    errors = InputErrors()
+    robot, errors = require_robot(robot), InputErrors()
     names = robot.cable_names
     chosen = tuple(range(len(names))) if taut is None else errors.read(read_subset, taut, names, "taut")
     force = ZERO if external_force is None else errors.read(read_force, external_force) or ZERO
@@ -116,14 +118,14 @@ def read_tensions(given: Any, names: Sequence[str]) -> tuple[tuple[Fraction, Fra
 
 
 def pose_from_tensions(
-    robot: Robot, tensions: Any, *, taut: Any = None, external_force: Any = None
+    robot: Robot | str | os.PathLike[str], tensions: Any, *, taut: Any = None, external_force: Any = None
 ) -> Result:
     """Find and prove the static pose of a point mass whose tensions are known instead of its lengths.
 
     Parameters
     ----------
-    robot : Robot
-        A point mass; elastic or not, since its lengths do not matter.
+    robot : Robot, str or PathLike
+        A point mass, its file or name; elastic or not, since its lengths do not matter.
     tensions : sequence, mapping or str
         One positive tension in N for each cable of ``taut``, written as lengths are: numbers or ranges.
     taut : iterable of str or int, optional

@@ -180,14 +180,14 @@ class Result(ResultData):
 
         return result_from_json(document, cls)
 
-    def verify(self, robot: Robot | None = None) -> list[str]:
+    def verify(self, robot: Robot | str | os.PathLike[str] | None = None) -> list[str]:
         """Return every contradiction found in this result, without using a solver.
 
         Parameters
         ----------
-        robot : Robot, optional
-            The robot the result is about. With it the distances, heights, cable lengths and the
-            equilibrium are recomputed over each box in exact rational interval arithmetic;
+        robot : Robot, str or PathLike, optional
+            The robot the result is about, its file or name. With it the distances, heights, cable lengths
+            and the equilibrium are recomputed over each box in exact rational interval arithmetic;
             without it the result is only compared with itself.
 
         Returns
@@ -196,9 +196,10 @@ class Result(ResultData):
             One sentence per complaint; empty when nothing contradicts the result. The checks
             are necessary conditions, not a proof: for that there are certificates.
         """
+        from cdpr_interval.robots.given import require_robot
         from solvers.answers.verification import complaints
 
-        return complaints(self, robot)
+        return complaints(self, None if robot is None else require_robot(robot))
 
 
 def _of_the_package(name: str) -> Any:

@@ -8,7 +8,7 @@ an int, a `Decimal` or `Fraction` (exact), or a pair (lo, hi) of these.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence, Set
 from fractions import Fraction
 from typing import Any
 
@@ -78,6 +78,9 @@ def split_entries(given: Any, names: Sequence[str], label: str, errors: list[str
         return match_names(named, names, label, errors)
     if isinstance(given, Mapping):
         return match_names(given.items(), names, label, errors)
+    if isinstance(given, Set):
+        errors.append(f"{label}: must be a list with one length per cable, a set has no order")
+        return []
     try:
         listed = list(given)
     except TypeError:

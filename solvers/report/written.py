@@ -9,9 +9,10 @@ from typing import Any
 from cdpr_interval.errors import InputError
 from cdpr_interval.files.literal import printable
 from cdpr_interval.robots.cable_robot import Robot
+from cdpr_interval.robots.given import require_robot
 from solvers.answers.result import Result
 from solvers.proofs.check import proof_of
-from solvers.questions.robot import require_robot
+from solvers.questions.arguments import read_path
 from solvers.report.page import result_page
 from solvers.report.plots import require_plotly, robot_figure
 from solvers.report.source import CHECK_SECONDS, ResultSource, require_same
@@ -31,11 +32,11 @@ def write_report(
 ) -> Path:
     """Write the report of a result; see `Result.report`."""
     require_plotly()
-    found = _robot(result, robot)
+    target, found = read_path(path, "path"), _robot(result, robot)
     proof = None
     if certificate is not None:
-        proof = proof_of(found, result, _content(certificate), CHECK_SECONDS)
-    target = Path(path)
+        content = _content(read_path(certificate, "certificate"))
+        proof = proof_of(found, result, content, CHECK_SECONDS)
     try:
         target.write_text(result_page(ResultSource(found, result, proof)), encoding="utf-8")
     except OSError as error:
@@ -52,8 +53,8 @@ def _robot(result: Result, robot: Robot | None) -> Robot:
     return found
 
 
-def _content(certificate: str | os.PathLike[str]) -> bytes:
+def _content(certificate: Path) -> bytes:
     try:
-        return Path(certificate).read_bytes()
+        return certificate.read_bytes()
     except OSError as error:
-        raise InputError(f"certificate: {printable(os.fspath(certificate))}: {error.strerror}") from None
+        raise InputError(f"certificate: {printable(str(certificate))}: {error.strerror}") from None

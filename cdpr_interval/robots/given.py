@@ -19,12 +19,10 @@ def require_robot(given: Any) -> Robot:
     """
     if isinstance(given, Robot):
         return given
-    if isinstance(given, str | os.PathLike):
-        from cdpr_interval.robots.formats.reader import load_robot
+    if not isinstance(given, str | os.PathLike):
+        raise InputError(
+            f"robot: must be a robot, a file or the name of a robot that ships, got {type(given).__name__}"
+        )
+    from cdpr_interval.robots.formats.reader import load_robot
 
-        return load_robot(given)
-    raise InputError(f"robot: must be a robot, a file or the name of a robot that ships, got {_shown(given)}")
-
-
-def _shown(given: Any) -> str:
-    return repr(given) if given is None or isinstance(given, bool | int | float) else type(given).__name__
+    return load_robot(given)
