@@ -103,7 +103,7 @@ def where(robot: str, **given: Any) -> int:
 
 @command.command("move")
 @click.argument("robot")
-@click.option("--pose", required=True, metavar="X,Y,Z[,R,P,Y]", help="Goal; angles in rad or as 30deg.")
+@click.option("--pose", required=True, metavar="X,Y,Z[,R,P,Y]", help="Goal, angles as 30deg or 0.5rad.")
 @click.option("--quaternion", metavar="W,X,Y,Z", help="Orientation of the goal, scalar first.")
 @click.option("--settle", is_flag=True, help="Go to the nearest static pose of the taut cables.")
 @click.option("--time", "seconds", metavar="S", help="Duration.  [default: the shortest the limits allow]")
@@ -270,13 +270,9 @@ def _robot(source: str) -> Robot:
 
 
 def _pose(text: str, quaternion: str | None = None, label: str = "--pose") -> Pose:
-    from cdpr_interval.errors import InputError
     from solvers.questions.pose import read_pose
 
-    try:
-        return read_pose(text, quaternion)
-    except InputError as error:
-        raise InputError(*(message.replace("--pose", label) for message in error.messages)) from None
+    return read_pose(text, quaternion, label)
 
 
 def _positive(text: str, label: str) -> float:
