@@ -9,8 +9,15 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
-from solvers.commands.numbers import read_float
-from solvers.commands.winch_output import print_path, print_status, print_truth, print_where, say_dry
+from solvers.commands.numbers import read_distance, read_float
+from solvers.commands.winch_output import (
+    print_path,
+    print_status,
+    print_truth,
+    print_where,
+    say_dry,
+    shown_pose,
+)
 
 if TYPE_CHECKING:
     from cdpr_interval.driver.group import WinchGroup
@@ -123,6 +130,7 @@ def move(robot: str, **given: Any) -> int:
     # Planning takes all of the processor: the cycle must not run meanwhile.
     widths = half_widths_of(references)
     path = plan(model, limits, held, ranges, goal, seconds, given["settle"], widths)
+    click.echo(f"goal {shown_pose(model, goal)}")
     print_path(model, path)
     with _winches(model, given, live) as group:
         group.pass_cycles(2)
@@ -143,9 +151,9 @@ def move(robot: str, **given: Any) -> int:
 def jog(robot: str, **given: Any) -> int:
     """Move one winch slowly, at most 0.1 m; the only motion that needs no reference."""
     model = _robot(robot)
-    way = read_float(given["way"], "--by")
+    way = read_distance(given["way"], "--by")
     live = _armed(model, given)
-    with _winches(model, given, live) as group:
+    with _winches(model, given, live, anywhere=True) as group:
         group.enable()
         group.jog(given["cable"], way)
         print_status(group.snapshot, as_json=False)
@@ -172,6 +180,8 @@ def home(robot: str, **given: Any) -> int:
     with _winches(model, given) as group:
         group.pass_cycles(2)
         group.home(lengths)
+        if given["pose"] is not None:
+            click.echo(f"home at {shown_pose(model, _pose(given['pose']))}")
         print_status(group.snapshot, as_json=False)
     return 0
 
@@ -243,13 +253,15 @@ def simulate(robot: str, **given: Any) -> int:
     if not 0.0 <= share <= 1.0:
         raise InputError(f"--share: must be 0 to 1, got {share!r}")
     end = None if given["seconds"] is None else _positive(given["seconds"], "--for")
-    starts = lengths_at(model, _pose(given["pose"]))
+    pose = _pose(given["pose"])
+    starts = lengths_at(model, pose)
     drives = [
         SimulatedDrive(winch, length, Fraction(share))
         for winch, length in zip(winches_of(model), starts, strict=True)
     ]
     with SimulatedNetwork(drives, address.interface, address.channel):
-        click.echo(f"{len(drives)} simulated drives on {given['bus']}; end with Ctrl-C", err=True)
+        click.echo(f"{len(drives)} simulated drives on {given['bus']}, start {shown_pose(model, pose)}", err=True)
+        click.echo("end with Ctrl-C", err=True)
         begun = time.monotonic()
         try:
             while end is None or time.monotonic() - begun < end:
@@ -275,10 +287,10 @@ def _pose(text: str, quaternion: str | None = None, label: str = "--pose") -> Po
     return read_pose(text, quaternion, label)
 
 
-def _positive(text: str, label: str) -> float:
+def _positive(text: str, label: str, read: Callable[[str, str], float] = read_float) -> float:
     from cdpr_interval.errors import InputError
 
-    value = read_float(text, label)
+    value = read(text, label)
     if value <= 0.0:
         raise InputError(f"{label}: must be positive, got {text}")
     return value
@@ -301,7 +313,7 @@ def _armed(robot: Robot, given: dict[str, Any]) -> bool:
     return True
 
 
-def _winches(robot: Robot, given: dict[str, Any], live: bool | None = None) -> Any:
+def _winches(robot: Robot, given: dict[str, Any], live: bool | None = None, anywhere: bool = False) -> Any:
     from solvers.winches.session import lengths_at, read_bus, winches
 
     bus = given.get("bus")
@@ -310,7 +322,12 @@ def _winches(robot: Robot, given: dict[str, Any], live: bool | None = None) -> A
     lengths = None if start is None else lengths_at(robot, _pose(start, label="--from"), "--from")
     state, log = given.get("state"), given.get("log")
     return winches(
-        robot, address, None if state is None else Path(state), lengths, None if log is None else Path(log)
+        robot,
+        address,
+        None if state is None else Path(state),
+        lengths,
+        None if log is None else Path(log),
+        anywhere,
     )
 
 
@@ -344,7 +361,7 @@ def _home_lengths(robot: Robot, given: dict[str, Any]) -> list[Any]:
 
     if (given["pose"] is None) == (given["lengths"] is None):
         raise InputError("home: needs either --pose or --lengths")
-    tolerance = Fraction(_positive(given["tolerance"], "--tolerance"))
+    tolerance = Fraction(_positive(given["tolerance"], "--tolerance", read_distance))
     if given["pose"] is not None:
         return [Range(x - tolerance, x + tolerance) for x in lengths_at(robot, _pose(given["pose"]))]
     ranges = read_lengths(given["lengths"], robot.cable_names, "--lengths")
