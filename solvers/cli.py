@@ -46,8 +46,8 @@ class ExitCode(IntEnum):
     NO_POSE = 4
     NOT_PROVED = 5
     """A certificate's claims do not follow from what is in it."""
-    NOT_FOUND = 6
-    """`ik` found no pose or tensions, which proves nothing; `NO_POSE` is for proofs."""
+    NONE_FOUND = 6
+    """Inverse kinematics found no pose, which proves nothing."""
     INTERRUPTED = 130
     OUTPUT_CLOSED = 141
     """The reader of the output has gone (``| head``): what a shell reports for a process ended by SIGPIPE."""

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 import sys
 from collections import Counter
 from collections.abc import Callable, Iterator
@@ -14,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from solvers.commands.interrupt import interruptible
+from solvers.commands.threads import read_threads, threads_option
 
 if TYPE_CHECKING:
     from solvers.batch.executor import Executor
@@ -62,11 +62,8 @@ def command() -> None:
     """
 
 
-_WORKERS = click.option(
-    "--workers", type=click.IntRange(min=1), metavar="N", help="Processes here.  [default: all cores]"
-)
 _OPTIONS = (
-    _WORKERS,
+    threads_option,
     click.option("--scheduler", metavar="ADDRESS", help="Instead: a Dask scheduler, e.g. tcp://host:8786."),
     click.option("--scheduler-file", metavar="FILE", help="Instead: the file a Dask scheduler has written."),
     click.option("--json", "as_json", is_flag=True, help="Print the summary as JSON."),
@@ -94,7 +91,7 @@ def run(jobs: str, folder: str | None, dry_run: bool, **given: Any) -> int:
 
     batch = read_job_file(jobs)
     if dry_run:
-        return _estimate(batch, given["workers"])
+        return _estimate(batch, read_threads(given))
     if folder is None:
         raise InputError("--out: missing, the folder of ledger and tables")
     with begin(batch, Path(folder)) as ledger:
@@ -186,12 +183,12 @@ def show(folder: str, job: int, as_json: bool, certificate: str | None) -> int:
 
 @command.command("check")
 @click.argument("folder", metavar="DIR")
-@click.option("--jobs", type=click.IntRange(min=1), metavar="N", help="Processes.  [default: all cores]")
+@threads_option
 @click.option(
     "--time-limit", type=click.FloatRange(min=0.0, min_open=True), metavar="S", help="For each certificate."
 )
 @click.option("-q", "--quiet", is_flag=True, help="No table, no progress.")
-def check(folder: str, jobs: int | None, time_limit: float | None, quiet: bool) -> int:
+def check(folder: str, time_limit: float | None, quiet: bool, **given: Any) -> int:
     """Give every certificate of a batch to the independent checker.
 
     Exit code 0: all are proved; 5: some are not; 3: something is left open, or a job has no certificate.
@@ -199,31 +196,33 @@ def check(folder: str, jobs: int | None, time_limit: float | None, quiet: bool) 
     from solvers.batch.checking import check_batch
     from solvers.batch.ledger import Ledger
 
+    threads = read_threads(given)
     with Ledger.open(Path(folder), None) as ledger:
         counts = ledger.counts()
         with _progress(quiet) as report, interruptible():
-            verdicts = check_batch(ledger, jobs or os.cpu_count() or 1, time_limit, report)
+            verdicts = check_batch(ledger, threads, time_limit, report)
         without = sum(counts.values()) - verdicts.total()
         if not quiet:
             _print_checks(verdicts, without, [row for row in ledger.checks() if row.verdict != PROVED])
     return _checks_code(verdicts, without)
 
 
-def _estimate(batch: Any, workers: int | None) -> int:
+def _estimate(batch: Any, threads: int) -> int:
     from solvers.batch.campaign import estimate
     from solvers.batch.progress_line import duration
 
     for expansion in batch.expansions:
         click.echo(f"problems[{expansion.problem}]  {expansion.robot.name}  {expansion.count} jobs")
     found = estimate(batch)
-    count = workers or os.cpu_count() or 1
     if found.seconds_per_job is None:
         click.echo(f"{found.jobs} jobs; no estimate: the first one took too long")
     else:
         seconds = found.jobs * found.seconds_per_job
         each = f"{1e3 * found.seconds_per_job:.3g} ms a job ({found.tried} tried)"
         about = "more than" if found.is_lower_bound else "about"
-        click.echo(f"{found.jobs} jobs, {each}: {about} {duration(seconds / count)} with {count} workers")
+        click.echo(
+            f"{found.jobs} jobs, {each}: {about} {duration(seconds / threads)} with --threads {threads}"
+        )
     return 0
 
 
@@ -267,14 +266,14 @@ def _executor(given: dict[str, Any]) -> Executor:
     from cdpr_interval.errors import InputError
 
     if given["scheduler"] is not None or given["scheduler_file"] is not None:
-        if given["workers"] is not None:
-            raise InputError("--workers: not together with --scheduler, which has workers of its own")
+        if given["threads"] is not None:
+            raise InputError("--threads: not together with --scheduler, which has workers of its own")
         from solvers.batch.dask_cluster import DaskCluster
 
         return DaskCluster.connected(given["scheduler"], given["scheduler_file"])
     from solvers.batch.pool import ProcessPool
 
-    return ProcessPool(given["workers"] or os.cpu_count() or 1)
+    return ProcessPool(read_threads(given))
 
 
 def _exit_code(document: dict[str, Any]) -> int:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import sys
 from typing import TYPE_CHECKING, Any
 
@@ -12,6 +11,7 @@ from solvers.commands.external_force import LABEL, external_force_option, read_e
 from solvers.commands.interrupt import Signals, interruptible
 from solvers.commands.numbers import read_count, read_float
 from solvers.commands.target import JsonTarget
+from solvers.commands.threads import read_threads, threads_option
 from solvers.questions.errors import InputErrors
 
 if TYPE_CHECKING:
@@ -38,11 +38,15 @@ MOST_CABLES = 64
     "--method", default="auto", show_default=True, metavar="auto|search|convex", help="For a point mass."
 )
 @click.option(
-    "--precision", default="1e-9", show_default=True, metavar="X", help="Width of a reported solution."
+    "--precision",
+    default="1e-9",
+    show_default=True,
+    metavar="X",
+    help="Target width of the position in m and the rotation entries of a solution, exact input.",
 )
 @click.option("--time-limit", metavar="S", help="Stop after so many seconds.")
 @click.option("--cell-limit", metavar="N", help="Stop after so many cells.")
-@click.option("--threads", metavar="N", help="Number of threads.  [default: all cores]")
+@threads_option
 @click.option("--json", "json_file", metavar="FILE", help="Write the result as JSON; - is standard output.")
 @click.option("--certificate", metavar="FILE", help="Write the proof to a file, for `check`.")
 @click.option("-q", "--quiet", is_flag=True, help="No table, no progress.")
@@ -154,9 +158,7 @@ def _options(given: dict[str, Any]) -> Options:
     errors = InputErrors()
     method = errors.read(read_method, given["method"], "--method")
     precision = errors.read(read_float, given["precision"], "--precision")
-    seconds, cells, threads = given["time_limit"], given["cell_limit"], given["threads"]
-    if threads is None:
-        threads = str(os.cpu_count() or 1)
+    seconds, cells = given["time_limit"], given["cell_limit"]
     options = Options(
         ignore_slack=given["ignore_slack"],
         ignore_tension_sign=given["ignore_tension_sign"],
@@ -164,7 +166,7 @@ def _options(given: dict[str, Any]) -> Options:
         precision=1e-9 if precision is None else precision,
         time_limit=None if seconds is None else errors.read(read_float, seconds, "--time-limit"),
         cell_limit=None if cells is None else errors.read(read_count, cells, "--cell-limit"),
-        threads=errors.read(read_count, threads, "--threads") or 0,
+        threads=read_threads(given, errors),
         record=None if given["certificate"] is None else Record(),
     )
     errors.require_none()

@@ -120,7 +120,7 @@ def _exit_code(result: IkResult) -> int:
     from solvers.cli import ExitCode
 
     found = result.lengths is not None and (result.is_static or not result.question.static)
-    return ExitCode.COMPLETE if found else ExitCode.NOT_FOUND
+    return ExitCode.COMPLETE if found else ExitCode.NONE_FOUND
 
 
 def _print(result: IkResult) -> None:

@@ -260,7 +260,9 @@ def simulate(robot: str, **given: Any) -> int:
         for winch, length in zip(winches_of(model), starts, strict=True)
     ]
     with SimulatedNetwork(drives, address.interface, address.channel):
-        click.echo(f"{len(drives)} simulated drives on {given['bus']}, start {shown_pose(model, pose)}", err=True)
+        click.echo(
+            f"{len(drives)} simulated drives on {given['bus']}, start {shown_pose(model, pose)}", err=True
+        )
         click.echo("end with Ctrl-C", err=True)
         begun = time.monotonic()
         try:

@@ -86,7 +86,9 @@ def print_path(robot: Robot, path: CablePath) -> None:
     either = [names[i] for i in path.tight if i not in path.taut]
     shared = f"; taut or just slack, the position is proved either way: {','.join(either)}" if either else ""
     taut = ",".join(names[i] for i in path.taut) or "none"
-    click.echo(f"path of {path.times[-1]:.2f} s proved in {path.pieces} pieces, taut all along: {taut}{shared}")
+    click.echo(
+        f"path of {path.times[-1]:.2f} s proved in {path.pieces} pieces, taut all along: {taut}{shared}"
+    )
     click.echo("cable  goal m      margin m  peak m/s  peak m/s2  tension N")
     for i, name in enumerate(robot.cable_names):
         least, most = path.tensions[i].tolist()

@@ -295,7 +295,8 @@ def _proved_piece(prover: _Prover, rows: Floats, width: Floats, halvings: int) -
 
 class _Prover:
     """What must hold for ranges of lengths: a certified pose, tight cables tight, slack ones slack, tensions
-    in limits. Cables that are taut or slack at the start, proved, stay so for a platform."""
+    in limits. Cables that are taut or slack at the start, proved, stay so for a platform.
+    """
 
     def __init__(self, robot: Robot, here: MeasuredPose) -> None:
         self._robot, self._here = robot, here
@@ -318,7 +319,11 @@ class _Prover:
                 return f"{name} is {start.value} at the start, {now.value} here"
             limits = self._robot.cables[i].tension_limits
             lo, hi = tensions[i]
-            if now is not CableState.SLACK and limits is not None and not (limits[0] <= lo and hi <= limits[1]):
+            if (
+                now is not CableState.SLACK
+                and limits is not None
+                and not (limits[0] <= lo and hi <= limits[1])
+            ):
                 low, high = (float(limit) for limit in limits)
                 return f"{name} may carry {lo:.6g} to {hi:.6g} N, limits {low:g} to {high:g} N"
         self.taut = tuple(i for i in self.taut if states[i] is CableState.TAUT)
