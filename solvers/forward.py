@@ -56,8 +56,8 @@ def forward_kinematics(
     method : {"auto", "search", "convex"}
         How a point-mass robot is solved.
     precision : float
-        Target width of the position in m and the rotation entries of a solution, exact input. Boxes are always
-        as narrow as a few Newton steps in doubles make them, so it changes nothing yet.
+        Target width of the position in m and the rotation entries of a solution, exact input. Boxes are
+        always as narrow as a few Newton steps in doubles make them, so it changes nothing yet.
     external_force : sequence of 3 numbers, optional
         Constant force at the centre of mass in N, base axes, added to the weight.
     time_limit : float, optional

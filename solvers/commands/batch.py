@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import sys
 from collections import Counter
 from collections.abc import Callable, Iterator
@@ -12,6 +13,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from solvers.commands.completion import files, folders
+from solvers.commands.examples import examples
 from solvers.commands.interrupt import interruptible
 from solvers.commands.threads import read_threads, threads_option
 
@@ -35,9 +38,20 @@ class Batches(click.Group):
         """Put the name of the usual command where none is."""
         if not args:
             args = ["--help"]
-        if args[0] not in self.commands and args[0] not in ("-h", "--help"):
+        own = (*self.commands, "-h", "--help")
+        if args[0] not in own and not self._is_misspelt(args[0]):
             args = [RUN, *args]
         return super().parse_args(ctx, args)
+
+    def _is_misspelt(self, word: str) -> bool:
+        """Return whether a word is no file and looks like a command: click then says which."""
+        import difflib
+
+        from cdpr_interval.robots.shipped import SUFFIXES
+
+        if word.endswith(SUFFIXES) or os.path.lexists(word):
+            return False
+        return bool(difflib.get_close_matches(word, self.commands))
 
     def invoke(self, ctx: click.Context) -> Any:
         """Run a command."""
@@ -53,7 +67,12 @@ class Batches(click.Group):
             return ExitCode.INCOMPLETE
 
 
-@click.group("batch", cls=Batches, short_help="Many problems at once, with a ledger.")
+@click.group(
+    "batch",
+    cls=Batches,
+    short_help="Many problems at once, with a ledger.",
+    epilog=examples("batch jobs.yaml --dry-run", "batch jobs.yaml --out run", "batch status run"),
+)
 def command() -> None:
     """Solve many problems: `cdpr-solve batch JOBS.yaml --out DIR`.
 
@@ -78,9 +97,9 @@ def _working(function: Any) -> Any:
     return function
 
 
-@command.command(RUN)
-@click.argument("jobs")
-@click.option("--out", "folder", metavar="DIR", help="Folder of ledger and tables.")
+@command.command(RUN, epilog=examples("batch run jobs.yaml --out run"))
+@click.argument("jobs", shell_complete=files)
+@click.option("--out", "folder", metavar="DIR", shell_complete=folders, help="Folder of ledger and tables.")
 @click.option("--dry-run", is_flag=True, help="Count the jobs and estimate their time; write nothing.")
 @_working
 def run(jobs: str, folder: str | None, dry_run: bool, **given: Any) -> int:
@@ -98,8 +117,8 @@ def run(jobs: str, folder: str | None, dry_run: bool, **given: Any) -> int:
         return _proceed(ledger, given)
 
 
-@command.command("resume")
-@click.argument("folder", metavar="DIR")
+@command.command("resume", epilog=examples("batch resume run --retry-failed"))
+@click.argument("folder", metavar="DIR", shell_complete=folders)
 @click.option("--retry-failed", is_flag=True, help="Try failed and crashed jobs again.")
 @_working
 def resume(folder: str, retry_failed: bool, **given: Any) -> int:
@@ -113,8 +132,8 @@ def resume(folder: str, retry_failed: bool, **given: Any) -> int:
         return _proceed(ledger, given)
 
 
-@command.command("status")
-@click.argument("folder", metavar="DIR")
+@command.command("status", epilog=examples("batch status run --json"))
+@click.argument("folder", metavar="DIR", shell_complete=folders)
 @click.option("--json", "as_json", is_flag=True, help="Print JSON.")
 def status(folder: str, as_json: bool) -> int:
     """Show how far a batch is, also while it runs."""
@@ -152,8 +171,8 @@ def status(folder: str, as_json: bool) -> int:
     return 0
 
 
-@command.command("show")
-@click.argument("folder", metavar="DIR")
+@command.command("show", epilog=examples("batch show run 1", "batch show run 1 --json"))
+@click.argument("folder", metavar="DIR", shell_complete=folders)
 @click.argument("job", type=click.IntRange(min=1))
 @click.option("--json", "as_json", is_flag=True, help="Print the cdpr-result/1 document.")
 @click.option("--certificate", metavar="FILE", help="Write the proof, for `check`.")
@@ -181,8 +200,8 @@ def show(folder: str, job: int, as_json: bool, certificate: str | None) -> int:
     return 0
 
 
-@command.command("check")
-@click.argument("folder", metavar="DIR")
+@command.command("check", epilog=examples("batch check run"))
+@click.argument("folder", metavar="DIR", shell_complete=folders)
 @threads_option
 @click.option(
     "--time-limit", type=click.FloatRange(min=0.0, min_open=True), metavar="S", help="For each certificate."

@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from solvers.commands.completion import files, robots
+from solvers.commands.examples import examples
 from solvers.commands.external_force import external_force_option
 from solvers.commands.threads import read_threads, threads_option
 
@@ -17,9 +19,18 @@ QUESTION = ("lengths", "external_force", "taut", "ignore_slack", "ignore_tension
 """Options that are about a robot."""
 
 
-@click.command("check", short_help="Check a certificate, without the solvers.")
-@click.argument("file")
-@click.option("--robot", metavar="ROBOT", help="The certificate must be about this robot.")
+@click.command(
+    "check",
+    short_help="Check a certificate, without the solvers.",
+    epilog=examples(
+        "fk uc2 --lengths 7.5,8 --certificate uc2.cert",
+        "check uc2.cert --robot uc2 --lengths 7.5,8",
+    ),
+)
+@click.argument("file", shell_complete=files)
+@click.option(
+    "--robot", metavar="ROBOT", shell_complete=robots, help="The certificate must be about this robot."
+)
 @click.option("--lengths", metavar="L1,L2,...", help="And about these lengths, as `fk` reads them.")
 @external_force_option
 @click.option("--taut", metavar="C1,C2,...", help="And about this subset.  [default: the verdict names it]")

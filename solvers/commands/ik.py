@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from solvers.commands.completion import files, robot_argument
+from solvers.commands.examples import examples
 from solvers.commands.external_force import external_force_option, read_external_force
 from solvers.commands.numbers import read_distance, read_float
 from solvers.commands.target import JsonTarget
@@ -21,8 +23,16 @@ LARGE_TURN = radians(30)
 """A settled pose that is turned further is no longer the one a person had in mind."""
 
 
-@click.command("ik", short_help="Distances, lengths and tensions for a pose.")
-@click.argument("robot")
+@click.command(
+    "ik",
+    short_help="Distances, lengths and tensions for a pose.",
+    epilog=examples(
+        "ik merlet_4_1 --pose 1,1.5,-2",
+        "ik cogiro --pose '0 0 1 5deg 0 -10deg' --json -",
+        "ik uc3 --pose 5,3,-7 --settle",
+    ),
+)
+@robot_argument
 @click.option(
     "--pose", metavar="X,Y,Z[,R,P,Y]", help="Platform origin in m; roll, pitch, yaw as 30deg or 0.5rad."
 )
@@ -46,7 +56,13 @@ LARGE_TURN = radians(30)
     show_default=True,
     help="Residual, as a share of the weight, of a pose that counts as static.",
 )
-@click.option("--json", "json_file", metavar="FILE", help="Write the result as JSON; - is standard output.")
+@click.option(
+    "--json",
+    "json_file",
+    metavar="FILE",
+    shell_complete=files,
+    help="Write the result as JSON; - is standard output.",
+)
 @click.option("-q", "--quiet", is_flag=True, help="No table.")
 @click.option("-v", "--verbose", is_flag=True, help="More about errors.")
 def command(robot: str, **given: Any) -> int:

@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
+from solvers.commands.completion import files, robot_argument
+from solvers.commands.examples import examples
 from solvers.commands.numbers import read_distance, read_float
 from solvers.commands.winch_output import (
     print_path,
@@ -36,13 +38,18 @@ def _options(*names: str) -> Callable[[Function], Function]:
     known: dict[str, Callable[[Function], Function]] = {
         "bus": click.option("--bus", metavar="INTERFACE:CHANNEL", help="Real drives, e.g. socketcan:can0."),
         "state": click.option(
-            "--state", metavar="FILE", help="What is known of the cables between commands."
+            "--state",
+            metavar="FILE",
+            shell_complete=files,
+            help="What is known of the cables between commands.",
         ),
         "from": click.option(
             "--from", "start", metavar="X,Y,Z[,R,P,Y]", help="Dry run: where the platform is."
         ),
         "json": click.option("--json", "as_json", is_flag=True, help="Print JSON instead of text."),
-        "log": click.option("--log", metavar="FILE", help="Audit log; lines are added."),
+        "log": click.option(
+            "--log", metavar="FILE", shell_complete=files, help="Audit log; lines are added."
+        ),
         "live": click.option("--live", is_flag=True, help="Move real drives; without it: a dry run."),
         "arm": click.option("--arm", metavar="NAME", help="With --live: the name of the robot, typed."),
     }
@@ -72,7 +79,12 @@ class Winches(click.Group):
             return ExitCode.INCOMPLETE
 
 
-@click.group("winch", cls=Winches, short_help="Move winches, read lengths back, say where the platform is.")
+@click.group(
+    "winch",
+    cls=Winches,
+    short_help="Move winches, read lengths back, say where the platform is.",
+    epilog=examples("winch where four_winches --from 2,1.5,1"),
+)
 def command() -> None:
     """Move the winches of a robot as one, and say where the platform is.
 
@@ -81,8 +93,8 @@ def command() -> None:
     """
 
 
-@command.command("status")
-@click.argument("robot")
+@command.command("status", epilog=examples("winch status four_winches --from 2,1.5,1"))
+@robot_argument
 @_options("bus", "state", "from", "json")
 def status(robot: str, **given: Any) -> int:
     """Show drives, readings and what is known of the lengths; nothing moves."""
@@ -93,8 +105,8 @@ def status(robot: str, **given: Any) -> int:
     return 0
 
 
-@command.command("where")
-@click.argument("robot")
+@command.command("where", epilog=examples("winch where four_winches --from 2,1.5,1 --json"))
+@robot_argument
 @_options("bus", "state", "from", "json")
 def where(robot: str, **given: Any) -> int:
     """Print the certified poses for the lengths the winches measure."""
@@ -108,8 +120,8 @@ def where(robot: str, **given: Any) -> int:
     return ExitCode.COMPLETE if found.is_complete else ExitCode.INCOMPLETE
 
 
-@command.command("move")
-@click.argument("robot")
+@command.command("move", epilog=examples("winch move four_winches --from 2,1.5,1 --pose 1.9,1.5,1"))
+@robot_argument
 @click.option("--pose", required=True, metavar="X,Y,Z[,R,P,Y]", help="Goal, angles as 30deg or 0.5rad.")
 @click.option("--quaternion", metavar="W,X,Y,Z", help="Orientation of the goal, scalar first.")
 @click.option("--settle", is_flag=True, help="Go to the nearest static pose of the taut cables.")
@@ -143,13 +155,16 @@ def move(robot: str, **given: Any) -> int:
     return 0
 
 
-@command.command("jog")
-@click.argument("robot")
+@command.command("jog", epilog=examples("winch jog four_winches --cable c1 --by -5mm"))
+@robot_argument
 @click.option("--cable", required=True, metavar="NAME", help="The winch to move.")
-@click.option("--by", "way", required=True, metavar="M", help="m; positive pays out.")
+@click.option("--by", "way", required=True, metavar="D", help="In m or as 5mm; positive pays out.")
 @_options("live", "arm", "bus", "state", "from", "log")
 def jog(robot: str, **given: Any) -> int:
-    """Move one winch slowly, at most 0.1 m; the only motion that needs no reference."""
+    """Move one winch slowly, at most 0.1 m; the only motion that needs no reference.
+
+    A dry run without --from or --state starts in the middle of the limits, lengths unknown.
+    """
     model = _robot(robot)
     way = read_distance(given["way"], "--by")
     live = _armed(model, given)
@@ -161,8 +176,13 @@ def jog(robot: str, **given: Any) -> int:
     return 0
 
 
-@command.command("home")
-@click.argument("robot")
+@command.command(
+    "home",
+    epilog=examples(
+        "winch home four_winches --bus udp_multicast:239.74.163.2 --state four.json --pose 2,1.5,1"
+    ),
+)
+@robot_argument
 @click.option("--pose", metavar="X,Y,Z[,R,P,Y]", help="Where the platform hangs now.")
 @click.option("--lengths", metavar="L1,L2,...", help="Measured lengths in m, ranges allowed.")
 @click.option(
@@ -186,8 +206,8 @@ def home(robot: str, **given: Any) -> int:
     return 0
 
 
-@command.command("marks")
-@click.argument("robot")
+@command.command("marks", epilog=examples("winch marks four_winches"))
+@robot_argument
 @_options("state", "log", "json")
 def marks(robot: str, **given: Any) -> int:
     """Show the marks of every cable, and what the log says they told about length and drum."""
@@ -210,8 +230,8 @@ def marks(robot: str, **given: Any) -> int:
     return 0
 
 
-@command.command("stop")
-@click.argument("robot")
+@command.command("stop", epilog=examples("winch stop four_winches --bus udp_multicast:239.74.163.2"))
+@robot_argument
 @click.option("--bus", required=True, metavar="INTERFACE:CHANNEL", help="Where the drives are.")
 def stop(robot: str, bus: str) -> int:
     """Stop all winches, also those that another program moves. It is not the emergency stop."""
@@ -226,8 +246,11 @@ def stop(robot: str, bus: str) -> int:
     return 0
 
 
-@command.command("simulate")
-@click.argument("robot")
+@command.command(
+    "simulate",
+    epilog=examples("winch simulate four_winches --bus udp_multicast:239.74.163.2 --pose 2,1.5,1 --for 60"),
+)
+@robot_argument
 @click.option("--pose", required=True, metavar="X,Y,Z[,R,P,Y]", help="Where the platform hangs at the start.")
 @click.option(
     "--bus", required=True, metavar="INTERFACE:CHANNEL", help="For example udp_multicast:239.74.163.2."

@@ -180,7 +180,7 @@ def _here(robot: Robot, ranges: Ranges) -> MeasuredPose:
     """Return the pose from which the path starts.
 
     Where ranges of lengths are solved as a whole, the pose is proved for all of them, whichever of the tight
-    cables are taut: no more is asked. A platform is followed from one set of taut cables, which must be known.
+    cables are taut: no more is asked. A platform is followed from one set of taut cables: it must be known.
     """
     known = whereabouts(robot, ranges)
     if len(known.poses) != 1:
@@ -294,8 +294,9 @@ def _proved_piece(prover: _Prover, rows: Floats, width: Floats, halvings: int) -
 
 
 class _Prover:
-    """What must hold for ranges of lengths: a certified pose, tight cables tight, slack ones slack, tensions
-    in limits. Cables that are taut or slack at the start, proved, stay so for a platform.
+    """What must hold for ranges of lengths: a certified pose, tight cables tight, tensions in limits.
+
+    Cables slack at the start stay slack, for a platform also the taut ones taut.
     """
 
     def __init__(self, robot: Robot, here: MeasuredPose) -> None:
