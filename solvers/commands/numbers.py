@@ -14,6 +14,16 @@ def read_float(text: str, label: str) -> float:
         raise InputError(f"{label}: {error}") from None
 
 
+def read_distance(text: str, label: str) -> float:
+    """Return the double nearest to a length in m, mm or cm; `InputError` when the text is none."""
+    from solvers.questions.units import read_metres
+
+    try:
+        return float(read_metres(text.strip()))
+    except ValueError as error:
+        raise InputError(f"{label}: {error}") from None
+
+
 def read_count(text: str, label: str) -> int:
     """Return a whole number; `InputError` when the text is none."""
     try:

@@ -66,6 +66,7 @@ def winches(
     state: Path | None,
     start: Sequence[Fraction] | None = None,
     log: Path | None = None,
+    anywhere: bool = False,
 ) -> Iterator[WinchGroup]:
     """Connect the winches of a robot; leaving stops and disables them, and writes the state file.
 
@@ -80,6 +81,9 @@ def winches(
         m: lengths at which drives in memory start; the default is the state file's.
     log : Path, optional
         Audit log.
+    anywhere : bool
+        Drives in memory may be where nothing says they are: they start in the middle of their limits, and
+        their lengths count as unknown.
 
     Raises
     ------
@@ -89,7 +93,7 @@ def winches(
     fitted = winches_of(robot)
     known = [None] * len(fitted) if state is None or not state.exists() else read_state(state, robot)
     if address is None:
-        bus = _dry(fitted, known, start)
+        bus = _dry(fitted, known, start, anywhere)
     else:
         bus = CanOpenBus.of(robot, address.interface, address.channel)
     group = WinchGroup(robot, bus, log)
@@ -106,13 +110,17 @@ def winches(
 
 
 def _dry(
-    fitted: Sequence[Winch], known: Sequence[Known | None], start: Sequence[Fraction] | None
+    fitted: Sequence[Winch], known: Sequence[Known | None], start: Sequence[Fraction] | None, anywhere: bool
 ) -> DriveBus:
     """Return drives in memory, where the state file says the real ones are, or at given lengths."""
     if start is not None:
         return SimulatedBus([SimulatedDrive(w, length) for w, length in zip(fitted, start, strict=True)])
     drives = []
     for winch, one in zip(fitted, known, strict=True):
+        if one is None and anywhere:
+            least, most = winch.limits.length
+            drives.append(SimulatedDrive(winch, (least + most) / 2))
+            continue
         if one is None:
             raise InputError("--from: missing (where is the platform? or --state FILE of earlier commands)")
         drives.append(SimulatedDrive(winch, one.reference.nominal(one.reading), first_reading=one.reading))

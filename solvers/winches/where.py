@@ -58,9 +58,14 @@ class MeasuredPose:
         return x, y, z
 
     @property
+    def tight(self) -> tuple[int, ...]:
+        """Cables that are not proved slack: taut, or taut for some choices of the lengths."""
+        return tuple(i for i, state in enumerate(self.states) if state is not CableState.SLACK)
+
+    @property
     def is_decided(self) -> bool:
         """True when every cable is proved taut or slack."""
-        return all(state in (CableState.TAUT, CableState.SLACK) for state in self.states)
+        return self.tight == self.taut
 
     def to_json(self, names: Sequence[str]) -> dict[str, Any]:
         """Return plain data; the keys are those of ``cdpr-result/1``."""
