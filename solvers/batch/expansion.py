@@ -15,13 +15,14 @@ from pathlib import Path
 from typing import Any
 
 from cdpr_interval.errors import InputError
+from cdpr_interval.exact.decimals import decimal_text
 from cdpr_interval.exact.range import LengthRange
 from cdpr_interval.files.fields import is_free
 from cdpr_interval.files.literal import quote
 from cdpr_interval.robots.cable_robot import Robot, exact, exact_point
 from solvers.batch import job_schema
 from solvers.batch.draws import Spread, text_of
-from solvers.batch.job import Job, Settings, canonical, decimal_text, problem_of, range_text
+from solvers.batch.job import Job, Settings, canonical, problem_of, range_text
 from solvers.classes import class_of
 from solvers.questions.errors import InputErrors
 from solvers.questions.lengths import read_lengths

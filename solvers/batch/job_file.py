@@ -80,7 +80,9 @@ def _read(document: Document, data: bytes, path: Path) -> Batch:
         # Another format: complaints about its keys would only mislead.
         document.report(stated, "format", f"must be {quote(job_schema.BATCH_FORMAT)}, got {stated.kind}")
         document.require_valid()
-    block = Models(job_schema.BatchBlock, job_schema.BLOCKS, job_schema.TAGS).validated(document)
+    block = Models(
+        job_schema.BatchBlock, job_schema.BLOCKS, job_schema.TAGS, word=job_schema.BATCH_FORMAT
+    ).validated(document)
     root = document.root.mapping
     robots = read_robots(document, block.robots, root["robots"].items, path.parent)
     document.require_valid()

@@ -16,7 +16,7 @@ from cdpr_interval.errors import InputError
 from cdpr_interval.exact.range import LengthRange
 from cdpr_interval.files.document import suggestion
 from cdpr_interval.files.literal import quote, read_number
-from solvers.questions.number import exact_number
+from cdpr_interval.files.number import exact_number
 
 _NAMED = re.compile(r"([A-Za-z_][A-Za-z0-9_.-]*)\s*=(.*)", re.DOTALL)
 _COMMA_OUTSIDE_BRACKETS = re.compile(r",(?![^\[\]]*\])")
