@@ -20,7 +20,7 @@ from solvers.questions.problem import Method, Options, Problem
 
 Question = tuple[str, int, int, str]
 """Robot, problem, item and input of a job."""
-PERTURBED = ("stiffness", "frame_anchors_m", "platform_anchors_m")
+PERTURBED = ("stiffness", "frame_anchors_m", "platform_anchors_m", "mass_kg", "centre_of_mass_m")
 """Keys of a job's input that change the robot."""
 
 
@@ -130,13 +130,20 @@ def perturbed(robot: Robot, asked: dict[str, Any]) -> Robot:
             cable.tension_limits,
             cable.winch,
         )
-    return replace(robot, cables=tuple(cables))
+    platform = robot.platform
+    if "mass_kg" in asked:
+        platform = replace(platform, mass=read_number(asked["mass_kg"]))
+    if "centre_of_mass_m" in asked:
+        platform = replace(platform, centre_of_mass=_exact(asked["centre_of_mass_m"]))
+    return replace(robot, platform=platform, cables=tuple(cables))
 
 
 def _vector(asked: dict[str, Any], key: str, cable: int) -> Vector | None:
-    if key not in asked:
-        return None
-    x, y, z = (read_number(text) for text in asked[key][cable])
+    return _exact(asked[key][cable]) if key in asked else None
+
+
+def _exact(texts: list[str]) -> Vector:
+    x, y, z = map(read_number, texts)
     return x, y, z
 
 
