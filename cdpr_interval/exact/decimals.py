@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from decimal import Decimal
 from fractions import Fraction
 
@@ -49,3 +50,10 @@ def plain_scalar(value: Fraction | Range) -> Plain | list[Plain]:
     if not isinstance(value, Range):
         return plain(value)
     return plain(value.lo) if value.lo == value.hi else [plain(value.lo), plain(value.hi)]
+
+
+def rounded_down(value: Fraction, digits: int = 3) -> Decimal:
+    """Return the largest decimal of some significant digits that is not above a positive number."""
+    exponent = math.floor(math.log10(value)) - digits + 1
+    unit = Fraction(10) ** exponent
+    return Decimal(math.floor(value / unit)).scaleb(exponent)
