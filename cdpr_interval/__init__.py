@@ -6,7 +6,7 @@ Importing this package imports nothing heavy; `load_robot` brings in what it nee
 from __future__ import annotations
 
 import os
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from cdpr_interval.errors import CdprError, InputError, NotSupportedError
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
     __version__: str
 
-__all__ = ["CdprError", "InputError", "NotSupportedError", "load_robot"]
+__all__ = ["CdprError", "InputError", "NotSupportedError", "Robot", "load_robot"]
 
 
 def load_robot(source: str | os.PathLike[str]) -> Robot:
@@ -43,8 +43,12 @@ def load_robot(source: str | os.PathLike[str]) -> Robot:
     return load(source)
 
 
-def __getattr__(name: str) -> str:
-    """Return ``__version__``, looked up on first use."""
+def __getattr__(name: str) -> Any:
+    """Return `Robot`, or ``__version__``, looked up on first use."""
+    if name == "Robot":
+        from cdpr_interval.robots.cable_robot import Robot
+
+        return Robot
     if name != "__version__":
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     from cdpr_interval.version import version

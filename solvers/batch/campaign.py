@@ -15,7 +15,6 @@ from typing import Any
 from cdpr_interval.errors import InputError
 from cdpr_interval.files.document import parse_document
 from cdpr_interval.files.literal import printable
-from cdpr_interval.files.validation import Models
 from cdpr_interval.robots.cable_robot import Robot
 from solvers.answers.document import to_json
 from solvers.answers.provenance import Provenance
@@ -137,8 +136,7 @@ def _robot_names(ledger: Ledger) -> dict[str, str]:
 def _outputs(ledger: Ledger) -> Outputs:
     """Return the outputs of the job file that the ledger keeps."""
     document = parse_document(ledger.fact("job_file"), JOB_FILE)
-    models = Models(job_schema.BatchBlock, job_schema.BLOCKS, job_schema.TAGS)
-    return outputs_of(models.validated(document).outputs)
+    return outputs_of(job_schema.MODELS.validated(document).outputs)
 
 
 def robot_of(ledger: Ledger, number: int) -> Robot:

@@ -32,6 +32,16 @@ MOST_ROWS = 50_000
 """Written to Parquet at a time."""
 
 
+def length_column(cable: str) -> str:
+    """Return the title of a cable's length."""
+    return f"length_{cable}_m"
+
+
+def tension_column(cable: str) -> str:
+    """Return the title of a cable's tension."""
+    return f"tension_{cable}_N"
+
+
 def cable_names(ledger: Ledger) -> dict[str, tuple[str, ...]]:
     """Return the cables of every robot, by digest."""
     return {digest: parse_robot(data).cable_names for digest, (_, _, data) in ledger.robots().items()}
@@ -40,7 +50,7 @@ def cable_names(ledger: Ledger) -> dict[str, tuple[str, ...]]:
 def columns(ledger: Ledger) -> dict[str, type]:
     """Return the columns of the table of solutions with their types."""
     names = dict.fromkeys(name for cables in cable_names(ledger).values() for name in cables)
-    own = {f"length_{name}_m": float for name in names} | {f"tension_{name}_N": float for name in names}
+    own = dict.fromkeys([*map(length_column, names), *map(tension_column, names)], float)
     return {**JOB_COLUMNS, **SOLUTION_COLUMNS, **own, "message": str}
 
 
@@ -63,7 +73,7 @@ def job_rows(job: Recorded, robot: str, cables: Sequence[str]) -> Iterator[Row]:
         "undecided": len(answer["undecided"]),
         "message": answer["message"],
     }
-    head |= {f"length_{name}_m": _middle(b) for name, b in zip(cables, answer["lengths_m"], strict=True)}
+    head |= {length_column(name): _middle(b) for name, b in zip(cables, answer["lengths_m"], strict=True)}
     for index, solution in enumerate(answer["solutions"]):
         yield {**head, **_solution_row(index, solution, cables)}
     if not answer["solutions"]:
@@ -83,7 +93,7 @@ def _solution_row(index: int, solution: dict[str, Any], cables: Sequence[str]) -
         **dict(zip(("roll_deg", "pitch_deg", "yaw_deg"), turn, strict=True)),
         "height_m": _middle(solution["height_m"]),
         "width_m": _width(solution["position_m"]),
-        **{f"tension_{name}_N": _middle(bounds) for name, bounds in tensions},
+        **{tension_column(name): _middle(bounds) for name, bounds in tensions},
     }
 
 

@@ -176,17 +176,23 @@ def status(folder: str, as_json: bool) -> int:
 @click.argument("job", type=click.IntRange(min=1))
 @click.option("--json", "as_json", is_flag=True, help="Print the cdpr-result/1 document.")
 @click.option("--certificate", metavar="FILE", help="Write the proof, for `check`.")
-def show(folder: str, job: int, as_json: bool, certificate: str | None) -> int:
+@click.option("--robot", metavar="FILE", help="Write the robot, perturbed as in the job, as a robot file.")
+def show(folder: str, job: int, as_json: bool, certificate: str | None, robot: str | None) -> int:
     """Show the result of one job."""
     from cdpr_interval.errors import InputError
     from solvers.answers.json_text import dumps
     from solvers.answers.result import Result
     from solvers.answers.table import print_result
-    from solvers.batch.campaign import result_of
+    from solvers.batch.campaign import result_of, robot_of
     from solvers.batch.ledger import Ledger
     from solvers.commands.target import JsonTarget
 
     with Ledger.peek(Path(folder)) as ledger:
+        if robot is not None:
+            # Also of a job without a result: that is the one to look into.
+            written = JsonTarget(robot, "--robot")
+            written.require_writable()
+            written.write_bytes(robot_of(ledger, job).to_yaml().encode())
         document = result_of(ledger, job)
         proof = ledger.certificate(job)
     if certificate is not None:

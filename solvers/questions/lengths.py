@@ -17,7 +17,7 @@ from cdpr_interval.errors import InputError
 from cdpr_interval.exact.range import LengthRange
 from cdpr_interval.files.document import suggestion
 from cdpr_interval.files.literal import quote
-from solvers.questions.number import exact_number
+from cdpr_interval.files.number import exact_number
 from solvers.questions.units import read_metres, split_unit
 
 TOLERANCES = ("+/-", "+-", "±")

@@ -44,7 +44,7 @@ def read(document: Document) -> Plumb:
     hook = tuple(Fraction(item.literal) for item in given["hook_m"].items)
     cable = Cable("rope", (hook[0], hook[1], hook[2]), ORIGIN)
     platform = Platform(Fraction(given["mass_kg"].literal))
-    return Plumb(str(given["name"].value), platform, (cable,), sha256=document.sha256)
+    return Plumb(str(given["name"].value), platform, (cable,)).read_from(document.data)
 
 
 def below(hook: tuple[Fraction, ...], length: Fraction) -> tuple[Fraction, ...]:
