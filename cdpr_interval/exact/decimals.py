@@ -8,6 +8,8 @@ from fractions import Fraction
 
 from cdpr_interval.exact.range import Range
 
+LONGEST_DECIMAL = 40
+"""Digits of a decimal that people may still read."""
 Plain = int | Decimal | Fraction
 """A `Fraction` only where no finite decimal says the same."""
 
@@ -57,3 +59,12 @@ def rounded_down(value: Fraction, digits: int = 3) -> Decimal:
     exponent = math.floor(math.log10(value)) - digits + 1
     unit = Fraction(10) ** exponent
     return Decimal(math.floor(value / unit)).scaleb(exponent)
+
+
+def exact_text(value: Fraction, longest: int = LONGEST_DECIMAL) -> str:
+    """Return a rational as a finite decimal where that has at most ``longest`` digits, else as p/q."""
+    try:
+        text = decimal_text(value)
+    except ValueError:
+        return str(value)
+    return text if sum(map(str.isdigit, text)) <= longest else str(value)

@@ -13,6 +13,7 @@ from typing import Annotated, Literal
 
 from cdpr_interval.exact.enclosure import Bounds
 from cdpr_interval.mechanics.stability import Stability
+from cdpr_interval.robots.cable_robot import Robot
 from solvers.answers.fields import (
     ANY,
     Cables,
@@ -240,7 +241,7 @@ class RobotIdentity(Described):
     name: str
     """As in its file."""
     sha256: str
-    """Digest of the file's bytes, in hexadecimal; empty for a robot that was made or changed in memory."""
+    """Digest of its file, in hexadecimal; of a robot made or changed in memory, of the file it would be."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -315,3 +316,9 @@ class ResultData(Described):
     """Cells, time and threads of the whole run."""
     provenance: Provenance | None = None
     """Where the result comes from; left out of results written before there was one."""
+
+    def is_about(self, robot: Robot) -> bool:
+        """Return whether this is the robot that was solved: the same data, in whatever file."""
+        if self.provenance is not None:
+            return self.provenance.robot == robot
+        return self.robot.sha256 == robot.sha256

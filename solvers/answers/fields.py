@@ -14,10 +14,10 @@ from typing import Annotated, Any, ClassVar
 
 import numpy as np
 
-from cdpr_interval.exact.decimal_text import exact_text
+from cdpr_interval.exact.decimals import exact_text
 from cdpr_interval.exact.enclosure import Bounds
 from cdpr_interval.exact.range import LengthRange
-from solvers.answers.robot_data import robot_from_dict, robot_to_dict
+from solvers.answers.robot_data import LONGEST, robot_from_json, robot_to_json
 
 CABLES, ANY = "N", "m"
 """Lengths of an axis: the number of cables, and any."""
@@ -163,16 +163,13 @@ class RobotData:
         """Return how a robot is read and written."""
         from pydantic_core import core_schema
 
-        written = core_schema.plain_serializer_function_ser_schema(robot_to_dict)
-        return core_schema.no_info_plain_validator_function(robot_from_dict, serialization=written)
+        written = core_schema.plain_serializer_function_ser_schema(robot_to_json)
+        return core_schema.no_info_plain_validator_function(robot_from_json, serialization=written)
 
     def __get_pydantic_json_schema__(self, schema: Any, handler: Any) -> Any:
         """Return an object."""
         return {"type": "object"}
 
-
-LONGEST = 120
-"""Digits of an exact decimal: any double of an ordinary size has fewer; others are written as p/q."""
 
 Interval = Annotated[Bounds, Numbers((2,))]
 Vector = Annotated[Bounds, Numbers((3, 2))]

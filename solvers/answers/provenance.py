@@ -15,7 +15,6 @@ from cdpr_interval.exact.vector import Vector
 from cdpr_interval.robots.cable_robot import Robot
 from cdpr_interval.version import PACKAGE, version
 from solvers.answers.fields import Described, ExactNumbers, ExactRanges, RobotData
-from solvers.answers.robot_data import digest_of
 
 ARITHMETIC = ("numba", "numpy", "python-flint")
 """Packages whose code the numbers of a result come from."""
@@ -37,13 +36,7 @@ class Provenance(Described):
     external_force: Annotated[Vector, ExactNumbers()]
     """The external force, exactly."""
     robot: Annotated[Robot, RobotData()]
-    """The robot that was solved, exactly; ``sha256`` is the digest of its file, ``data_sha256`` that of these
-    numbers."""
-
-    @property
-    def robot_digest(self) -> str:
-        """The digest of the robot's data in hexadecimal, whatever file they came from."""
-        return digest_of(self.robot)
+    """The robot that was solved, exactly: the keys of cdpr-robot/1, numbers as texts."""
 
 
 def provenance(robot: Robot, lengths: Sequence[LengthRange], external_force: Vector) -> Provenance:

@@ -65,7 +65,7 @@ def _bookkeeping(result: ResultData) -> Iterator[str]:
 
 
 def _identity(result: ResultData, robot: Robot) -> Iterator[str]:
-    if result.robot.sha256 != robot.sha256:
+    if not result.is_about(robot):
         yield f"robot: the result is about another file ({result.robot.name}, this is {robot.name})"
     if result.cables != robot.cable_names:
         yield "cables: not the cables of this robot"

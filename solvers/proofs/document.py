@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from typing import Any
 
-from cdpr_interval.exact.decimal_text import exact_text
+from cdpr_interval.exact.decimals import exact_text
 from certificates.problem import FORMAT
 from solvers.answers.result import Result
 from solvers.answers.tool import this_tool

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from cdpr_interval.exact.decimal_text import exact_text
+from cdpr_interval.exact.decimals import exact_text
 from cdpr_interval.exact.enclosure import Bounds
 from cdpr_interval.robots.cable_robot import Robot, exact, exact_point
 from solvers.answers.data import Family, Solution

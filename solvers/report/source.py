@@ -11,7 +11,6 @@ from cdpr_interval.robots.cable_robot import Robot
 from cdpr_interval.robots.formats.reader import load_robot
 from cdpr_interval.robots.shipped import shipped_robots
 from solvers.answers.result import Result
-from solvers.answers.robot_data import digest_of
 from solvers.batch.campaign import result_of, robot_of
 from solvers.batch.ledger import Ledger
 from solvers.proofs.check import Proof, proof_of
@@ -105,7 +104,5 @@ def require_same(result: Result, robot: Robot, label: str) -> None:
         raise InputError(
             f"{label}: has cables {', '.join(robot.cable_names)}, the result {', '.join(result.cables)}"
         )
-    if result.provenance is not None and digest_of(robot) != result.provenance.robot_digest:
-        raise InputError(f"{label}: is not the robot of the result (the digest of its data differs)")
-    if result.robot.sha256 and robot.sha256 != result.robot.sha256:
-        raise InputError(f"{label}: is not the file of the result (its SHA-256 differs)")
+    if not result.is_about(robot):
+        raise InputError(f"{label}: is not the robot of the result: its data differ")

@@ -9,7 +9,7 @@ import pytest
 from flint import fmpq
 
 import certificates
-from cdpr_interval.exact.decimal_text import exact_text
+from cdpr_interval.exact.decimals import exact_text
 from certificates.literals import bounds_of, exact
 from certificates.problem import read_problem, read_solutions
 from certificates.tree import Node
