@@ -111,7 +111,8 @@ def _kind(rule: Json) -> str:
         return f"mapping to {_part(inner)}"
     if "properties" in rule:
         return "{" + ", ".join(rule["properties"]) + "}"
-    return KINDS[rule["type"]]
+    kinds = rule["type"] if isinstance(rule["type"], list) else [rule["type"]]
+    return ", or ".join(KINDS[kind] for kind in kinds)
 
 
 def _part(rule: Json) -> str:

@@ -157,7 +157,7 @@ class ExactNumbers:
 
 
 class RobotData:
-    """A robot; in JSON its data in exact numbers."""
+    """A robot; in JSON the text of its file, or its data in exact numbers."""
 
     def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> Any:
         """Return how a robot is read and written."""
@@ -167,8 +167,8 @@ class RobotData:
         return core_schema.no_info_plain_validator_function(robot_from_json, serialization=written)
 
     def __get_pydantic_json_schema__(self, schema: Any, handler: Any) -> Any:
-        """Return an object."""
-        return {"type": "object"}
+        """Return a text or an object."""
+        return {"type": ["string", "object"]}
 
 
 Interval = Annotated[Bounds, Numbers((2,))]

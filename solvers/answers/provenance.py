@@ -36,7 +36,8 @@ class Provenance(Described):
     external_force: Annotated[Vector, ExactNumbers()]
     """The external force, exactly."""
     robot: Annotated[Robot, RobotData()]
-    """The robot that was solved, exactly: the keys of cdpr-robot/1, numbers as texts."""
+    """The robot that was solved, exactly: the text of its file; of a robot made or changed in memory an
+    object with the keys of cdpr-robot/1, numbers as texts."""
 
 
 def provenance(robot: Robot, lengths: Sequence[LengthRange], external_force: Vector) -> Provenance:

@@ -1,6 +1,8 @@
-"""The data of a robot in a JSON document, exactly, and back: what was really solved.
+"""A robot in a JSON document, exactly, and back: what was really solved.
 
-They are a ``cdpr-robot/1`` document whose numbers are texts: JSON readers round numbers to doubles.
+A robot that was read from a file is the text of that file, so its digest is kept, and ``jq -r`` gives the
+file back. One that was made or changed in memory is a ``cdpr-robot/1`` document whose numbers are texts: JSON
+readers round numbers to doubles.
 """
 
 from __future__ import annotations
@@ -13,6 +15,7 @@ from typing import Any
 from cdpr_interval.errors import InputError
 from cdpr_interval.exact.decimals import exact_text
 from cdpr_interval.robots.cable_robot import Robot
+from cdpr_interval.robots.formats.reader import parse_robot
 from solvers.answers.json_text import Json
 
 LONGEST = 1000
@@ -22,20 +25,22 @@ WORDS = ("format", "name", "source", "notes")
 _QUOTIENT = re.compile(r"-?[0-9]+/[1-9][0-9]*")
 
 
-def robot_to_json(robot: Robot) -> Json:
-    """Return the data of a robot, numbers as decimals in texts, or as p/q where no decimal is exact."""
+def robot_to_json(robot: Robot) -> str | Json:
+    """Return the file of a robot, or its data: decimals in texts, p/q where no decimal is exact."""
+    if robot.file is not None:
+        return robot.file.decode("utf-8")
     document: Json = _texts(robot.to_dict())
     return document
 
 
 def robot_from_json(data: Any) -> Robot:
-    """Return the robot of its data; `ValueError` where they are none."""
-    if not isinstance(data, dict):
-        raise ValueError("must be the data of a robot")
+    """Return the robot of a file's text or of data; `ValueError` where they are none."""
+    if not isinstance(data, str | dict):
+        raise ValueError("must be the text of a robot file, or the data of a robot")
     try:
-        return Robot.from_dict(_numbers(data))
+        return parse_robot(data, "file") if isinstance(data, str) else Robot.from_dict(_numbers(data))
     except InputError as error:
-        raise ValueError(f"must be the data of a robot ({'; '.join(error.messages)})") from None
+        raise ValueError(f"must be a robot ({'; '.join(error.messages)})") from None
 
 
 def _texts(value: Any) -> Any:
@@ -49,7 +54,7 @@ def _texts(value: Any) -> Any:
 
 
 def _numbers(value: Any) -> Any:
-    """Return the data with quotients as fractions; other texts are read as decimals where numbers are meant."""
+    """Return the data with quotients as fractions; other texts are read as decimals."""
     if isinstance(value, dict):
         return {key: entry if key in WORDS else _numbers(entry) for key, entry in value.items()}
     if isinstance(value, list):

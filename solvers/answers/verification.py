@@ -61,6 +61,9 @@ def _bookkeeping(result: ResultData) -> Iterator[str]:
     for number, solution in enumerate(result.solutions):
         if asked is not None and not set(solution.taut) <= set(asked):
             yield f"solutions[{number}]: taut cables outside the subset that was asked for"
+    origin = result.provenance
+    if origin is not None and origin.robot.sha256 != result.robot.sha256:
+        yield "provenance: holds another robot than the one that is named (its digest differs)"
     yield from contradictions(result)
 
 

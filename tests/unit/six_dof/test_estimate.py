@@ -88,7 +88,7 @@ def test_the_lengths_of_six_cables_fix_the_pose():
     assert body.names == robot.cable_names
     centre, rotation = np.array([0.1, 0.2, 2.0]), rotation_from_vector([0.05, -0.03, 0.1])
     lengths = body.distances(centre, rotation)
-    start = Guess(centre + [0.01, -0.02, 0.03], np.eye(3), tuple(range(6)), np.zeros(6))
+    start = Guess(centre + np.array([0.01, -0.02, 0.03]), np.eye(3), tuple(range(6)), np.zeros(6))
     found, converged, residual = _newton(body, start, lengths, np.array([0.0, 0.0, -1000.0]))
     assert converged and residual < 1e-9
     assert np.allclose(found.centre, centre) and np.allclose(found.rotation, rotation)
