@@ -113,7 +113,7 @@ class Nominal(Described):
     """Roll, pitch, yaw: R = Rz(yaw) Ry(pitch) Rx(roll)."""
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Solution(Described):
     """One static pose in a box: proved to hold exactly one (or one family) where both claims are."""
 
@@ -149,6 +149,11 @@ class Solution(Described):
     note: str = ""
     """One sentence where the entry needs one (tensions not unique, end of a family, ...)."""
 
+    def __repr__(self) -> str:
+        place = ", ".join(f"{x:.6g}" for x in self.nominal.position)
+        proved = "proved" if self.is_decided else "proved, a cable undecided" if self.is_proved else "open"
+        return f"<Solution {self.stability}, taut {self.taut}, near ({place}) m, {proved}>"
+
     @property
     def is_proved(self) -> bool:
         """True when exactly one pose (or family) in the box is proved for every choice of lengths."""
@@ -170,7 +175,7 @@ class Solution(Described):
         return all(state in (CableState.TAUT, CableState.SLACK) for state in self.cable_states)
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Undecided(Described):
     """A connected cluster of cells that could be neither proved nor excluded: poses may be in it, or none."""
 
@@ -184,6 +189,10 @@ class Undecided(Described):
     """Hull of the platform's origins, base frame."""
     rotation: Matrix
     """Hull of the rotations, platform to base."""
+
+    def __repr__(self) -> str:
+        box = " x ".join(f"[{lo:.6g}, {hi:.6g}]" for lo, hi in self.position.tolist())
+        return f"<Undecided taut {self.taut}, {self.cells} cells in {box} m: {self.reason}>"
 
 
 @dataclass(frozen=True)

@@ -22,17 +22,23 @@ from solvers.answers.robot_data import LONGEST, robot_from_json, robot_to_json
 CABLES, ANY = "N", "m"
 """Lengths of an axis: the number of cables, and any."""
 UNITS = {
+    "angle": "rad",
     "angle_ranges": "rad",
     "axis_point": "m",
+    "distance": "m",
     "distances": "m",
     "external_force": "N",
+    "force": "N",
     "height": "m",
     "lengths": "m",
+    "moment": "N_m",
     "position": "m",
     "rpy": "rad",
+    "settle_within": "m",
     "tensions": "N",
     "tensions_given": "N",
     "time": "s",
+    "travel": "m",
 }
 """What the key of a field has at its end."""
 Shape = tuple[int | str, ...]

@@ -144,7 +144,7 @@ def _print(result: IkResult) -> None:
     from cdpr_interval.mechanics.orientation import rotation_from_quaternion, rpy_from_rotation
 
     write = sys.stdout.write
-    write(f"{result.robot[0]} ({result.model}): {result.message}\n")
+    write(f"{result.robot.name} ({result.model}): {result.message}\n")
     asked = result.question
     angles = rpy_from_rotation(rotation_from_quaternion(asked.quaternion))
     write(f"pose asked for {_place(result, asked.position, angles)}\n")
