@@ -10,7 +10,7 @@ from typing import Any
 from cdpr_interval.engine.budget import Budget
 from cdpr_interval.exact.enclosure import length_bounds
 from cdpr_interval.robots.cable_robot import Robot
-from cdpr_interval.robots.given import require_robot
+from cdpr_interval.robots.formats.given import require_robot
 from solvers.answers.data import Answer, Question, RobotIdentity, Statistics, StopReason
 from solvers.answers.message import message_of
 from solvers.answers.order import sort_solutions, sort_subsets, sort_undecided

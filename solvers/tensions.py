@@ -28,7 +28,7 @@ from cdpr_interval.mechanics.cables.law import law_of
 from cdpr_interval.mechanics.loaded import LoadedRobot, loaded
 from cdpr_interval.mechanics.stability import Stability
 from cdpr_interval.robots.cable_robot import Robot, exact_point
-from cdpr_interval.robots.given import require_robot
+from cdpr_interval.robots.formats.given import require_robot
 from solvers.answers.data import (
     Answer,
     CableState,

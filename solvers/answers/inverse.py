@@ -46,6 +46,11 @@ class IkQuestion(Described):
     external_force: Triple
     """Constant force at the centre of mass, base axes, added to the weight."""
 
+    @property
+    def quaternion(self) -> Quadruple:
+        """Unit quaternion (w, x, y, z) of the pose that was given."""
+        return self.quaternion_wxyz
+
 
 @dataclass(frozen=True)
 class IkPose(Described):

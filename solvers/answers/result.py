@@ -196,7 +196,7 @@ class Result(ResultData):
             One sentence per complaint; empty when nothing contradicts the result. The checks
             are necessary conditions, not a proof: for that there are certificates.
         """
-        from cdpr_interval.robots.given import require_robot
+        from cdpr_interval.robots.formats.given import require_robot
         from solvers.answers.verification import complaints
 
         return complaints(self, None if robot is None else require_robot(robot))

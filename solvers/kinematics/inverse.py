@@ -21,7 +21,7 @@ from cdpr_interval.mechanics.orientation import (
 )
 from cdpr_interval.mechanics.statics import Pose, StaticModel, static_model
 from cdpr_interval.robots.cable_robot import Robot
-from cdpr_interval.robots.given import require_robot
+from cdpr_interval.robots.formats.given import require_robot
 from solvers.answers.data import RobotIdentity
 from solvers.answers.inverse import (
     IkPose,

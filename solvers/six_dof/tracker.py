@@ -27,7 +27,7 @@ from cdpr_interval.mechanics.six_dof.fields import Cables, Fields, fill_fields
 from cdpr_interval.mechanics.six_dof.frame import Frame
 from cdpr_interval.mechanics.stability import Stability
 from cdpr_interval.robots.cable_robot import Robot
-from cdpr_interval.robots.given import require_robot
+from cdpr_interval.robots.formats.given import require_robot
 from solvers.answers.data import Outcome, Solution
 from solvers.answers.message import message_of
 from solvers.questions.checked import require_treated, uncertain_data

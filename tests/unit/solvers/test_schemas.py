@@ -93,7 +93,7 @@ def test_the_schema_knows_every_status():
         assert rules["$defs"][words.__name__]["enum"] == list(words)
 
 
-@pytest.mark.parametrize("name", ["cdpr-result-1", "cdpr-problem-1"])
+@pytest.mark.parametrize("name", ["cdpr-result-1", "cdpr-ik-result-1", "cdpr-problem-1"])
 def test_every_key_is_described(name):
     rules = schema(name)
     objects = [rules, *(one for one in rules.get("$defs", {}).values() if "properties" in one)]
@@ -107,7 +107,7 @@ def test_ik_results_follow_their_schema(options):
     document = json.loads(inverse_kinematics(load_robot("uc3"), (5, 3, -6), **options).to_json())
     rules = schema("cdpr-ik-result-1")
     assert list(faults(document, rules, rules)) == []
-    assert list(document) == rules["required"]
+    assert list(document) == list(rules["properties"]) == [*rules["required"], "provenance"]
 
 
 def test_problems_follow_their_schema():
