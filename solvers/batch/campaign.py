@@ -119,11 +119,6 @@ def write_tables(ledger: Ledger) -> dict[str, Any]:
     return document
 
 
-def summary_of(ledger: Ledger) -> dict[str, Any]:
-    """Return the summary of what a ledger has now."""
-    return counted(ledger).to_json()
-
-
 def counted(ledger: Ledger) -> Summary:
     """Return the summary with the numbers it is made of."""
     names, cables, found = _robot_names(ledger), tables.cable_names(ledger), Summary(ledger)

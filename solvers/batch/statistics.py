@@ -35,7 +35,7 @@ def circular_statistics(degrees: Sequence[float]) -> dict[str, float]:
         angles are the same, near 0 where they have no mean direction.
     """
     mean, resultant = mean_direction(degrees)
-    found = statistics([mean + deviation(angle, mean) for angle in degrees])
+    found = statistics(unwrapped(degrees))
     # The mean of the deviations is not quite zero: the mean of angles is their direction.
     return found | {"mean": mean, "resultant": resultant}
 
@@ -45,6 +45,12 @@ def mean_direction(degrees: Sequence[float]) -> tuple[float, float]:
     angles = [math.radians(angle) for angle in degrees]
     x, y = (math.fsum(map(part, angles)) / len(angles) for part in (math.cos, math.sin))
     return math.degrees(math.atan2(y, x)), min(math.hypot(x, y), 1.0)
+
+
+def unwrapped(degrees: Sequence[float]) -> list[float]:
+    """Return angles within half a turn of their mean direction: beside each other as numbers too."""
+    mean, _ = mean_direction(degrees)
+    return [mean + deviation(angle, mean) for angle in degrees]
 
 
 def deviation(angle: float, mean: float) -> float:

@@ -18,7 +18,7 @@ from solvers.batch.branches import Branch, Branches, Points
 from solvers.batch.job_file import block_of
 from solvers.batch.job_schema import MonteCarloBlock
 from solvers.batch.ledger import Ledger, Recorded
-from solvers.batch.statistics import circular_statistics, statistics
+from solvers.batch.statistics import circular_statistics, statistics, unwrapped
 from solvers.batch.tables import Row, replacing
 from solvers.batch.work import Status
 from solvers.classes import class_of
@@ -96,6 +96,15 @@ def _count(row: Row, counted: dict[str, list[float]], cables: Sequence[str], tur
 def _quantities(numbers: dict[str, list[float]]) -> dict[str, dict[str, float]]:
     return {
         title: circular_statistics(values) if title in ORIENTATION else statistics(values)
+        for title, values in numbers.items()
+        if values
+    }
+
+
+def contiguous(numbers: dict[str, list[float]]) -> dict[str, list[float]]:
+    """Return the numbers there are, to be drawn: angles beside each other also around half a turn."""
+    return {
+        title: unwrapped(values) if title in ORIENTATION else values
         for title, values in numbers.items()
         if values
     }

@@ -25,7 +25,8 @@ JOB_COLUMNS = {
 }  # fmt: skip
 SOLUTION_COLUMNS = {
     "solution": int, "branch": int, "taut": str, "stability": str, "proof": str,
-    "x_m": float, "y_m": float, "z_m": float, "roll_deg": float, "pitch_deg": float, "yaw_deg": float, "height_m": float, "width_m": float,
+    "x_m": float, "y_m": float, "z_m": float, "roll_deg": float, "pitch_deg": float, "yaw_deg": float,
+    "height_m": float, "width_m": float,
 }  # fmt: skip
 NO_TURN = (0.0, 0.0, 0.0)
 MOST_ROWS = 50_000
