@@ -3,12 +3,17 @@
 from __future__ import annotations
 
 import json
+import sys
 from pathlib import Path
+
+# Run from anywhere: what writes the pages lies in this folder.
+sys.path.insert(0, str(Path(__file__).resolve().parent))
+
+import format_pages
 
 from cdpr_interval.files.fields import schema_of
 from cdpr_interval.robots.formats.schema import json_schema
 from cdpr_interval.robots.formats.winch_schema import RobotWithWinches
-from scripts import format_pages
 from solvers.answers.data import FORMAT, ResultData
 from solvers.answers.document import schema_of as result_schema
 from solvers.answers.inverse import FORMAT as IK_FORMAT

@@ -18,6 +18,7 @@ from solvers.answers.provenance import provenance
 from solvers.answers.result import Result
 from solvers.answers.tool import this_tool
 from solvers.classes import class_of
+from solvers.questions.arguments import require_flags
 from solvers.questions.checked import check_budgets, read_method, require_treated
 from solvers.questions.errors import InputErrors
 from solvers.questions.force import NO_LOAD, ZERO, read_force
@@ -89,6 +90,7 @@ def forward_kinematics(
     ---------
     When the outcome is COMPLETE, no static pose of what was asked is missing from the solutions.
     """
+    require_flags(ignore_slack=ignore_slack, ignore_tension_sign=ignore_tension_sign)
     options = Options(
         ignore_slack=ignore_slack,
         ignore_tension_sign=ignore_tension_sign,

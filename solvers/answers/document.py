@@ -6,9 +6,9 @@ A bound that is infinite (a tension nothing bounds) is written as null.
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Hashable, Mapping, Sequence
 from functools import cache
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 from cdpr_interval.errors import InputError
 from cdpr_interval.files.document import child
@@ -40,9 +40,14 @@ _RULES = {
 """What pydantic's kinds of errors are in our words."""
 
 
-@cache
 def adapter(kind: type[T]) -> TypeAdapter[T]:
     """Return what writes and reads a dataclass; made once a process, in some hundredths of a second."""
+    found: TypeAdapter[T] = _adapter(cast("Hashable", kind))
+    return found
+
+
+@cache
+def _adapter(kind: Any) -> TypeAdapter[Any]:
     from pydantic import TypeAdapter
 
     return TypeAdapter(kind)

@@ -15,7 +15,6 @@ from typing import Any
 from cdpr_interval.errors import InputError
 from cdpr_interval.exact.decimals import exact_text
 from cdpr_interval.robots.cable_robot import Robot
-from cdpr_interval.robots.formats.reader import parse_robot
 from solvers.answers.json_text import Json
 
 LONGEST = 1000
@@ -37,6 +36,9 @@ def robot_from_json(data: Any) -> Robot:
     """Return the robot of a file's text or of data; `ValueError` where they are none."""
     if not isinstance(data, str | dict):
         raise ValueError("must be the text of a robot file, or the data of a robot")
+    # Files are read by pydantic, which a result that was just computed does without.
+    from cdpr_interval.robots.formats.reader import parse_robot
+
     try:
         return parse_robot(data, "file") if isinstance(data, str) else Robot.from_dict(_numbers(data))
     except InputError as error:

@@ -35,7 +35,7 @@ from solvers.answers.provenance import provenance
 from solvers.answers.tool import this_tool
 from solvers.kinematics.settle import nearby
 from solvers.kinematics.settle import settle as settle_pose
-from solvers.questions.arguments import check_flags, check_positive, is_number, shown
+from solvers.questions.arguments import check_positive, is_number, require_flags, shown
 from solvers.questions.checked import require_treated, uncertain_data
 from solvers.questions.errors import InputErrors
 from solvers.questions.force import NO_LOAD, ZERO, read_force
@@ -114,6 +114,7 @@ def inverse_kinematics(
     NotSupportedError
         For a robot with uncertain scalars.
     """
+    require_flags(settle=settle, static=static)
     errors, robot = InputErrors(), require_robot(robot)
     pose = errors.read(_pose, position, rotation, rpy, quaternion)
     answer = errors.read(
@@ -171,8 +172,7 @@ def answer_pose(
     if wrench_tolerance is None:
         errors.add(f"{label('wrench_tolerance')}: must be a positive number, got None")
     check_positive(errors, label, wrench_tolerance=wrench_tolerance)
-    check_flags(errors, label, settle=settle, static=static)
-    if settle_within is not None and settle is False:
+    if settle_within is not None and not settle:
         errors.add(f"{label('settle_within')}: only with {label('settle')}")
     else:
         check_positive(errors, label, settle_within=settle_within)

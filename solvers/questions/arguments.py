@@ -34,11 +34,13 @@ def check_counts(errors: InputErrors, label: Label, **given: Any) -> None:
             errors.add(f"{label(name)}: must be at least 1, got {value!r}")
 
 
-def check_flags(errors: InputErrors, label: Label, **given: Any) -> None:
-    """Note every argument that is neither true nor false: ``"no"`` and ``nan`` would count as true."""
+def require_flags(**given: Any) -> None:
+    """Raise `InputError` for every argument that is no bool: ``"no"`` and ``nan`` would count as true."""
+    errors = InputErrors()
     for name, value in given.items():
-        if not isinstance(value, bool) and type(value).__name__ not in ("bool_", "bool"):
-            errors.add(f"{label(name)}: must be True or False, got {shown(value)}")
+        if not isinstance(value, bool):
+            errors.add(f"{name}: must be True or False, got {shown(value)}")
+    errors.require_none()
 
 
 def check_called(errors: InputErrors, label: Label, **given: Any) -> None:

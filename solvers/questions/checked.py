@@ -8,7 +8,6 @@ from solvers.questions.arguments import (
     Label,
     check_called,
     check_counts,
-    check_flags,
     check_positive,
 )
 from solvers.questions.errors import InputErrors
@@ -23,9 +22,6 @@ def check_budgets(options: Options, errors: InputErrors, label: Label) -> None:
         errors.add(f"{label('threads')}: must be a whole number, got None")
     check_positive(errors, label, precision=options.precision, time_limit=options.time_limit)
     check_counts(errors, label, cell_limit=options.cell_limit, threads=options.threads)
-    check_flags(
-        errors, label, ignore_slack=options.ignore_slack, ignore_tension_sign=options.ignore_tension_sign
-    )
     check_called(errors, label, progress=options.progress)
 
 

@@ -15,7 +15,7 @@ from cdpr_interval.files.document import Document
 from cdpr_interval.mechanics.stability import Stability
 from cdpr_interval.robots.cable_robot import Cable, Platform, Robot
 from solvers.answers.data import Answer, CableState, Certainty, Nominal, Proof, Solution, SubsetReport
-from solvers.questions.checked import Label
+from solvers.questions.arguments import Label
 from solvers.questions.problem import Options, Problem
 
 FORMAT = "plumb-robot/1"
