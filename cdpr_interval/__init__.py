@@ -35,6 +35,12 @@ def load_robot(source: str | os.PathLike[str]) -> Robot:
     ------
     InputError
         With one line per error, ``FILE:LINE:COLUMN: path: rule``.
+
+    Examples
+    --------
+    >>> robot = load_robot("merlet_4_1")
+    >>> robot.cable_names, robot.platform.mass
+    (('c1', 'c2', 'c3', 'c4'), Fraction(80, 1))
     """
     if not isinstance(source, str | os.PathLike):
         raise InputError(f"robot: must be a file or the name of a robot, got {type(source).__name__}")

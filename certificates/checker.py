@@ -53,6 +53,14 @@ def check(
         Most bytes of the file and of the document in it; default 64 MiB.
     progress
         Called with the numbers of cells checked and to be checked.
+
+    Examples
+    --------
+    >>> from solvers import forward_kinematics
+    >>> path = forward_kinematics("uc2", ["7.5", "8"]).certificate("uc2.cert")
+    >>> report = check(path)
+    >>> str(report.verdict), report.complete, report.solutions
+    ('PROVED', True, 8)
     """
     start = time.monotonic()
     report = Report(Verdict.NOT_PROVED, "", False, 0, 0, 0, 0, 0, 0, 0, 0.0)

@@ -89,6 +89,18 @@ def forward_kinematics(
     Guarantee
     ---------
     When the outcome is COMPLETE, no static pose of what was asked is missing from the solutions.
+
+    Examples
+    --------
+    >>> result = forward_kinematics("uc2", ["7.5", "8"])
+    >>> result
+    <Result uc2: 8 static poses, proved to be all>
+    >>> hanging = [pose for pose in result.solutions if pose.stability == "stable"]
+    >>> [round(x, 3) for x in hanging[0].nominal.position]
+    [5.296, 0.0, -7.87]
+    >>> lo, hi = hanging[0].position[2].tolist()  # certain bounds of z in m
+    >>> lo < -7.8 and hi - lo < 1e-9
+    True
     """
     require_flags(ignore_slack=ignore_slack, ignore_tension_sign=ignore_tension_sign)
     options = Options(

@@ -171,6 +171,12 @@ def polynomial_report(
     ------
     InputError, NotSupportedError
         A rule of the input is broken; a robot or number of cables without an eliminant here.
+
+    Examples
+    --------
+    >>> report = polynomial_report("merlet_4_1", tensions=[300, 300, 300, 300])
+    >>> len(report.roots), report.comparison.agrees
+    (2, True)
     """
     robot = require_robot(robot)
     if (lengths is None) == (tensions is None):

@@ -138,6 +138,12 @@ def pose_from_tensions(
     Result
         One solution (proof ``convexity``), none, or an undecided region. ``question.tensions_given``
         holds the tensions, ``lengths`` the lengths that follow.
+
+    Examples
+    --------
+    >>> (pose,) = pose_from_tensions("merlet_4_1", [300, 300, 300, 300]).solutions
+    >>> [round(x, 3) for x in pose.nominal.position]
+    [2.0, 2.0, -2.445]
     """
     return solve_tensions(tension_problem(robot, tensions, taut, external_force))
 

@@ -101,7 +101,7 @@ class IkResult(Described):
     >>> from solvers import inverse_kinematics
     >>> result = inverse_kinematics("merlet_4_1", (1, 1, -2))
     >>> result
-    <IkResult merlet-4-1: the pose is static with tensions of c1, c2, c3, c4>
+    <IkResult merlet-4-1: the pose is static>
     >>> [round(length, 3) for length in result.lengths]
     [2.449, 3.742, 3.742, 4.69]
     """

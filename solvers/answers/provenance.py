@@ -39,6 +39,12 @@ class Provenance(Described):
     """The robot that was solved, exactly: the text of its file; of a robot made or changed in memory an
     object with the keys of cdpr-robot/1, numbers as texts."""
 
+    def __str__(self) -> str:
+        """Return when, where and with what, and the digest of the robot, in one line."""
+        versions = ", ".join(f"{name} {version}" for name, version in self.versions.items())
+        when = f"{self.date:%Y-%m-%d %H:%M:%S} UTC"
+        return f"{when} on {self.host}, {versions}, robot sha256 {self.robot.sha256}"
+
 
 def provenance(robot: Robot, lengths: Sequence[LengthRange], external_force: Vector) -> Provenance:
     """Return the provenance of an answer that is ready now."""

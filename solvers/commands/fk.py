@@ -253,6 +253,7 @@ def _log(result: Result) -> None:
         click.echo(f"{names}: {text}", err=True)
     cost = result.statistics
     click.echo(f"{cost.cells} cells, {cost.time:.3f} s, {cost.threads} threads", err=True)
+    click.echo(str(result.provenance), err=True)
 
 
 def _exit_code(result: Result, options: Options | None = None) -> int:

@@ -100,6 +100,12 @@ def inverse_kinematics(
     external_force : sequence of 3 numbers, optional
         Constant force at the centre of mass in N, base axes, added to the weight.
 
+    Examples
+    --------
+    >>> result = inverse_kinematics("uc2", (5, 0, -7), rpy=("0", "2deg", "0"), settle=True)
+    >>> result.is_static, len(result.lengths)
+    (True, 2)
+
     Returns
     -------
     IkResult

@@ -113,6 +113,12 @@ class Tracker:
     >>> pose = tracker.update([7.501, 8.0, 7.0, 9.0])
     >>> pose.tracked, pose.taut
     (True, (0, 1, 2, 3))
+    >>> lost = tracker.update([7.8, 8.0, 7.0, 9.0])  # a jump: no proof, but an estimate
+    >>> str(lost.status), lost.estimate.status, lost.estimate.converged
+    ('lost-track', 'estimate', True)
+    >>> tracker.reset(lost.estimate)
+    >>> tracker.update([7.8, 8.0, 7.0, 9.0]).tracked
+    True
     """
 
     def __init__(

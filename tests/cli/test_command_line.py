@@ -258,7 +258,7 @@ def test_something_undecided_is_exit_3(asked, hanging, tmp_path):
     region = next(line for line in result.stdout.splitlines() if line.startswith("u1 "))
     assert region.split() == ["u1", "c2,c1", "3", "1.1e-9", "0.333333", "0.000000", "-2.000000"]
     assert "\nu1: singular\n" in result.stdout
-    assert "100 cells" in result.stderr
+    assert "100 cells" in result.stderr and " UTC on " in result.stderr and "robot sha256 " in result.stderr
 
 
 def test_an_interrupt_is_exit_130_with_its_result(asked, hanging, tmp_path):

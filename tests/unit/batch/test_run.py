@@ -14,10 +14,12 @@ import pytest
 from cdpr_interval import load_robot
 from cdpr_interval.errors import InputError
 from certificates import check
+from solvers.answers.provenance import versions
+from solvers.answers.result import Result
 from solvers.answers.tool import this_tool
 from solvers.batch import pool as pool_module
 from solvers.batch import work
-from solvers.batch.campaign import begin, proceed, result_of
+from solvers.batch.campaign import begin, proceed, result_of, robot_of
 from solvers.batch.executor import ExecutorError
 from solvers.batch.job import Settings
 from solvers.batch.job_file import read_job_file
@@ -348,3 +350,17 @@ def test_a_batch_keeps_certificates(tmp_path):
         (tmp_path / "proof").write_bytes(ledger.certificate(1))
     report = check(tmp_path / "proof")
     assert report.verdict == "PROVED" and report.complete
+
+
+def test_a_result_of_a_batch_says_where_it_comes_from(tmp_path):
+    batch = read_job_file(write(tmp_path, MONTE_CARLO.format(samples=2)))
+    solve(tmp_path / "out", batch)
+    with Ledger.peek(tmp_path / "out") as ledger:
+        document, job, robot = result_of(ledger, 2), ledger.job(2), robot_of(ledger, 2)
+    result = Result.from_json(document)
+    origin = result.provenance
+    assert origin.host == job.host and origin.versions == versions()
+    assert origin.robot == robot and result.verify(robot) == []
+    again = forward_kinematics(origin.robot, origin.lengths)
+    assert again.to_dict()["solutions"] == document["solutions"]
+    assert "provenance" not in job.answer and job.host not in job.answer
