@@ -86,7 +86,10 @@ def result_in_batch(folder: Path, number: int) -> ResultSource:
 def _robot(result: Result, source: str | None) -> Robot:
     wanted = result.robot.sha256
     if source is None and result.provenance is not None:
-        return result.source_robot
+        robot = result.source_robot
+        if robot.sha256 != wanted:
+            raise InputError("the result holds another robot than the one that it names (its digest differs)")
+        return robot
     if source is None:
         for name in shipped_robots():
             robot = load_robot(name)

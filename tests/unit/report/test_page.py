@@ -10,7 +10,6 @@ from datetime import UTC, datetime
 from fractions import Fraction
 from html import unescape
 from html.parser import HTMLParser
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -22,6 +21,7 @@ from solvers import forward_kinematics
 from solvers.answers.data import CableState, Certainty, Outcome, Undecided
 from solvers.cli import cli
 from solvers.proofs.check import Proof
+from solvers.questions.force import ZERO
 from solvers.report.judgement import Kind, judge, judge_batch, left_open
 from solvers.report.page import result_page
 from solvers.report.plots import robot_figure, scatter_figure, step
@@ -215,14 +215,11 @@ def test_exact_lengths_are_shown_where_a_result_has_them(merlet):
     """Whatever a result says of its origin is in the report."""
     robot, result = merlet
     exact = [(Fraction(text), Fraction(text)) for text in MERLET[:3]] + [(Fraction(13, 3), Fraction(22, 5))]
-    origin = SimpleNamespace(
-        date=datetime(2026, 1, 2, 3, 4, 5, tzinfo=UTC), host="bench", versions={"numba": "0.1"},
-        lengths=tuple(exact), robot_digest="ab12",
-    )  # fmt: skip
-    known = replace(result)
-    object.__setattr__(known, "provenance", origin)
+    date = datetime(2026, 1, 2, 3, 4, 5, tzinfo=UTC)
+    origin = Provenance(date, "bench", {"numba": "0.1"}, tuple(exact), ZERO, robot)
+    known = replace(result, provenance=origin)
     page = result_page(ResultSource(robot, known, None))
-    for text in (MERLET[0], "13/3 .. 4.4", "2026-01-02 03:04:05 UTC", "bench", "numba 0.1", "ab12"):
+    for text in (MERLET[0], "13/3 .. 4.4", "2026-01-02 03:04:05 UTC", "bench", "numba 0.1", robot.sha256):
         assert f"<td>{text}</td>" in page
 
 
@@ -324,11 +321,15 @@ def test_report_of_a_result_with_its_certificate(tmp_path):
     assert run("report", result, "--out", out, "--certificate", tmp_path / "none").exit_code == 2
     # Another robot's file is refused, and so is what is no result.
     done = run("report", result, "--out", out, "--robot", "merlet_4_1_k100")
-    assert done.exit_code == 2 and "--robot: is not the file of the result" in done.stderr
+    assert done.exit_code == 2 and "--robot: is not the robot of the result" in done.stderr
     done = run("report", proof, "--out", out)
     assert done.exit_code == 2 and len(done.stderr.splitlines()) == 1
     document = json.loads(result.read_text())
     document["robot"]["sha256"] = "0" * 64
+    result.write_text(json.dumps(document))
+    done = run("report", result, "--out", out)
+    assert done.exit_code == 2 and "holds another robot than the one that it names" in done.stderr
+    del document["provenance"]
     result.write_text(json.dumps(document))
     done = run("report", result, "--out", out)
     assert done.exit_code == 2 and "--robot: missing" in done.stderr
