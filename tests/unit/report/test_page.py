@@ -19,6 +19,7 @@ from cdpr_interval import load_robot
 from certificates.verdicts import Verdict
 from solvers import forward_kinematics
 from solvers.answers.data import CableState, Certainty, Outcome, Undecided
+from solvers.answers.provenance import Provenance
 from solvers.cli import cli
 from solvers.proofs.check import Proof
 from solvers.questions.force import ZERO
