@@ -24,6 +24,7 @@ from solvers.answers.fields import (
     Numbers,
     OfCables,
     OrUndecided,
+    PerCable,
     Quadruple,
     Triple,
     Vector,
@@ -119,7 +120,7 @@ class Solution(Described):
 
     taut: Cables
     """The cables proved taut; in Python their indices in file order."""
-    cable_states: tuple[CableState, ...]
+    cable_states: Annotated[tuple[CableState, ...], PerCable()]
     """What is proved of each cable, file order."""
     position: Vector
     """Platform origin in the base frame."""
@@ -271,7 +272,7 @@ class Question(Described):
     """Target width of the position (m) and of the rotation's entries of a solution."""
     external_force: Triple
     """Constant force at the centre of mass, base axes, added to the weight: the nearest doubles."""
-    tensions_given: tuple[tuple[float, float], ...] | None = None
+    tensions_given: Annotated[tuple[tuple[float, float], ...], PerCable()] | None = None
     """What was known instead of lengths: [lo, hi] of each cable, file order; left out otherwise."""
 
 

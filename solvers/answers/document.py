@@ -30,6 +30,7 @@ ABSENT = {"note": "", "tensions_given_N": None, "provenance": None}
 _RULES = {
     "missing": "missing",
     "int_type": "must be a whole number",
+    "finite_number": "must be a finite number",
     "float_type": "must be a number",
     "string_type": "must be a text",
     "bool_type": "must be true or false",
@@ -140,6 +141,8 @@ def _names(root: Json, label: str) -> tuple[str, ...]:
     names = root.get("cables")
     if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
         raise InputError(f"{label}.cables: {'missing' if names is None else 'must be a list of texts'}")
+    if len(set(names)) < len(names):
+        raise InputError(f"{label}.cables: names must differ")
     return tuple(names)
 
 

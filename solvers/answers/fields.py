@@ -52,7 +52,11 @@ def key_of(name: str) -> str:
 class Described:
     """Base of the dataclasses that are objects in JSON, read strictly."""
 
-    __pydantic_config__: ClassVar[dict[str, Any]] = {"alias_generator": key_of, "strict": True}
+    __pydantic_config__: ClassVar[dict[str, Any]] = {
+        "alias_generator": key_of,
+        "strict": True,
+        "allow_inf_nan": False,
+    }
 
 
 class Numbers:
@@ -103,6 +107,16 @@ class AsNames:
     def __get_pydantic_json_schema__(self, schema: Any, handler: Any) -> Any:
         """Return a list of names."""
         return {"type": "array", "items": {"type": "string"}}
+
+
+class PerCable:
+    """A list with one entry for each cable."""
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> Any:
+        """Return the rule; the context holds the names of the cables."""
+        from pydantic_core import core_schema
+
+        return core_schema.with_info_after_validator_function(_one_each, handler(source))
 
 
 class OrUndecided:
@@ -183,6 +197,7 @@ Matrix = Annotated[Bounds, Numbers((3, 3, 2))]
 OfCables = Annotated[Bounds, Numbers((CABLES, 2))]
 Cables = Annotated[tuple[int, ...], AsNames()]
 Count = Annotated[int, NotNegative()]
+Floats = Annotated[tuple[float, ...], PerCable()]
 Triple = tuple[float, float, float]
 Quadruple = tuple[float, float, float, float]
 
@@ -261,6 +276,12 @@ def _nested(shape: Sequence[int | str]) -> dict[str, Any]:
 
 def _names(indices: Sequence[int], info: Any) -> list[str]:
     return [info.context[index] for index in indices]
+
+
+def _one_each(value: tuple[Any, ...], info: Any) -> tuple[Any, ...]:
+    if len(value) != len(info.context):
+        raise ValueError(f"must hold one entry for each of {len(info.context)} cables, holds {len(value)}")
+    return value
 
 
 def _indices(value: Any, info: Any) -> tuple[int, ...]:

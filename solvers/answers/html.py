@@ -22,7 +22,9 @@ def html_of(result: ResultData) -> str:
     poses = pose_rows(result)
     parts = [f"<p><b>{escape(title_of(result))}</b></p>"]
     if poses:
-        parts.append(_table([*head, "tensions N", "remarks"], (_pose(row) for row in poses), len(poses)))
+        has_remarks = any(row.remarks for row in poses)
+        head += ["tensions N", "remarks"] if has_remarks else ["tensions N"]
+        parts.append(_table(head, (_pose(row)[: len(head)] for row in poses), len(poses)))
     regions = region_rows(result)
     if regions:
         found = ([row.name, row.taut, row.size, *row.position, row.reason] for row in regions)

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from solvers.answers.data import RobotIdentity, Tool
-from solvers.answers.fields import Described, Quadruple, Triple
+from solvers.answers.fields import Described, Floats, Quadruple, Triple
 from solvers.answers.provenance import Provenance
 
 FORMAT = "cdpr-ik-result/1"
@@ -122,14 +122,14 @@ class IkResult(Described):
     """The residual is within the tolerance."""
     pose: IkPose
     """Of what follows."""
-    distances: tuple[float, ...]
+    distances: Floats
     """From each exit point to its platform anchor, ||A_i - p - R B_i||."""
-    lengths: tuple[float, ...] | None
+    lengths: Floats | None
     """Cable lengths that give this pose, unstretched for elastic cables; null where an elastic cable needs
     a tension and the pose is not static, and where settling did not succeed."""
     lengths_option: str | None
     """The lengths as ``--lengths`` takes them, each restoring its double."""
-    tensions: tuple[float, ...]
+    tensions: Floats
     """The non-negative tensions of least norm, or the best fit where the pose is not static."""
     residual: Residual
     """What of the load the cables leave."""
