@@ -18,10 +18,12 @@ JUNK = [
 CHANGES = 600
 
 
-def documents():
-    result = forward_kinematics("uc2", ["7.5+-0.001", "8"])
-    yield result.to_dict(), Result
-    yield inverse_kinematics("uc2", (5, 0, -7), settle=True).to_dict(), IkResult
+@pytest.fixture(params=["fk", "ik"])
+def whole(request):
+    """A document and its class."""
+    if request.param == "fk":
+        return forward_kinematics("uc2", ["7.5+-0.001", "8"]).to_dict(), Result
+    return inverse_kinematics("uc2", (5, 0, -7), settle=True).to_dict(), IkResult
 
 
 def paths(value, path=()):
@@ -34,8 +36,8 @@ def paths(value, path=()):
         yield from paths(entry, (*path, key))
 
 
-@pytest.mark.parametrize("document, kind", documents(), ids=["fk", "ik"])
-def test_one_change_in_a_document(document, kind):
+def test_one_change_in_a_document(whole):
+    document, kind = whole
     draw = random.Random(20261128)
     places = [path for path in paths(document) if path]
     refused = 0
@@ -65,8 +67,8 @@ def test_one_change_in_a_document(document, kind):
     assert CHANGES / 2 < refused < CHANGES
 
 
-@pytest.mark.parametrize("document, kind", documents(), ids=["fk", "ik"])
-def test_names_of_cables_differ(document, kind):
+def test_names_of_cables_differ(whole):
+    document, kind = whole
     document["cables"] = ["c1", "c1"]
     with pytest.raises(InputError, match="result.cables: names must differ"):
         kind.from_json(document)
