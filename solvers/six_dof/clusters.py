@@ -47,7 +47,7 @@ def clusters(
 
 
 def enclosed(model: Model, cells: Floats, kind: CellKind) -> Floats:
-    """Return bounds (C, 6, 2) of the poses (u, p) in each cell, model frame; NaN where a cell does not bound p."""
+    """Return bounds (C, 6, 2) of the poses (u, p) in each cell, model frame; NaN where it does not bound p."""
     poses = np.full((len(cells), 6, 2), np.nan)
     lo, hi = np.empty(6), np.empty(6)
     for cell, pose in zip(cells, poses, strict=True):
@@ -57,7 +57,7 @@ def enclosed(model: Model, cells: Floats, kind: CellKind) -> Floats:
 
 
 def connected(cells: Floats, chart: int) -> list[NDArray[np.int64]]:
-    """Return the rows of cells of one chart whose boxes (of very many: coarse boxes) nearly touch, group by group."""
+    """Return groups of rows: cells of one chart whose boxes (of very many: coarse boxes) nearly touch."""
     if len(cells) == 0:
         return []
     bucket = coarse_buckets(cells, chart)

@@ -1,8 +1,9 @@
 """Poses at which some taut cable may pull against the load: at all others nothing holds it.
 
-With sum t_i e_i + f = 0 and no t_i < 0, sum t_i f . e_i = -|f|^2 < 0, so some taut cable has f . e_i < 0. This is
-Gordan's test with y = f. The search of six cables tries no such y where their wrenches are nearly dependent,
-and of any number a cell may be cut off at its border only: so what it leaves over is tested once more.
+With sum t_i e_i + f = 0 and no t_i < 0, sum t_i f . e_i = -|f|^2 < 0, so some taut cable has f . e_i < 0. This
+is Gordan's test with y = f. The y that the search finds at a cell's centre may miss it, mostly with six cables whose
+wrenches are nearly dependent. So what is left over is tested once more; in the search it would cost more than
+the few per cent of cells it saves.
 """
 
 from __future__ import annotations
@@ -16,8 +17,8 @@ from cdpr_interval.mechanics.six_dof.arrays import Model
 Floats = NDArray[np.float64]
 
 ROUNDING = 1e-13
-"""Error of f . e over the sum of the sizes of its terms: some dozens of operations, of 2^-53 each, on terms up
-to eight times as large (u reaches from -1 to 1)."""
+"""Error of f . e over the sum of the sizes of its terms: some dozens of operations, of 2^-53 each, on terms
+up to eight times as large (u reaches from -1 to 1)."""
 
 
 def may_lift(model: Model, charts: Floats, poses: Floats) -> NDArray[np.bool_]:
@@ -38,8 +39,9 @@ def may_lift(model: Model, charts: Floats, poses: Floats) -> NDArray[np.bool_]:
         enclosures, so that no tensions >= 0 balance the load there. True throughout where tensions may have
         any sign.
 
-    Guarantee: R(u) and R(v) differ by an angle of at most 2 |u - v|, which moves an arm b by at most 2 |u - v| |b|.
-    f . e_i over the box so differs from its value at the middle by at most |f| . dp + 2 |f| |du| |b_i|.
+    Guarantee: R(u) and R(v) differ by an angle of at most 2 |u - v|, which moves an arm b by at most
+    2 |u - v| |b|. Over the box f . e_i so differs from its value at the middle by at most
+    |f| . dp + 2 |f| |du| |b_i|.
     """
     n = model.n_taut
     if not model.statics:

@@ -55,9 +55,7 @@ def pulls(load: Vector, exit_point: Vector, arm: Vector, chart: int, u: Vector, 
     return dot(load, e)
 
 
-def model_of(
-    taut: int, exits: list[Vector], arms: list[Vector], load: Vector, statics: bool = True
-) -> Model:
+def model_of(taut: int, exits: list[Vector], arms: list[Vector], load: Vector, statics: bool = True) -> Model:
     """Return the arrays of a platform whose first ``taut`` cables are taut."""
     return build_model(
         [ranged(a) for a in exits],
@@ -106,7 +104,10 @@ def test_no_cable_pulls_against_the_load_where_it_is_excluded(seed: int):
     # Exit points on the load's side of the platform, some of them barely.
     exits = []
     for arm in arms:
-        r, side = turned(u, chart, arm), rng.choice([1e-9, 1e-3, 0.3, 3.0]) * size / float(dot(load, load)) ** 0.5
+        r, side = (
+            turned(u, chart, arm),
+            rng.choice([1e-9, 1e-3, 0.3, 3.0]) * size / float(dot(load, load)) ** 0.5,
+        )
         e = [r[k] + p[k] + decimal(side * float(load[k])) for k in range(3)]
         exits.append(tuple(decimal(float(x)) for x in e))
     model = model_of(taut, exits, arms, load)
@@ -156,7 +157,7 @@ def test_only_taut_cables_count_and_unknown_positions_exclude_nothing():
 
 def test_boxes_as_large_as_doubles_exclude_nothing():
     arm, load = (Fraction(0), Fraction(0), Fraction(1, 10)), (Fraction(0), Fraction(0), Fraction(-10))
-    far = (Fraction(0), Fraction(0), -Fraction(10) ** 100)
+    far = (Fraction(0), Fraction(0), -(Fraction(10) ** 100))
     model = model_of(1, [far], [arm], load)
     box = np.array([[[-1.0, 1.0]] * 3 + [[-1.0, 1.0]] * 3])
     assert not may_lift(model, np.zeros(1), box)[0]

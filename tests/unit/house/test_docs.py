@@ -111,7 +111,7 @@ def test_there_are_commands_to_compare():
     assert len(SHOWN) >= 4
 
 
-@pytest.mark.parametrize("page", ["README.md", "docs/controllers.md"])
+@pytest.mark.parametrize("page", ["README.md", "docs/controllers.md", "docs/guarantee.md"])
 def test_python_examples(page: str):
     text = "".join(blocks(ROOT / page, "pycon"))
     assert text
