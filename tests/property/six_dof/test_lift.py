@@ -104,17 +104,15 @@ def test_no_cable_pulls_against_the_load_where_it_is_excluded(seed: int):
     # Exit points on the load's side of the platform, some of them barely.
     exits = []
     for arm in arms:
-        r, side = (
-            turned(u, chart, arm),
-            rng.choice([1e-9, 1e-3, 0.3, 3.0]) * size / float(dot(load, load)) ** 0.5,
-        )
+        r, far = turned(u, chart, arm), rng.choice([1e-9, 1e-3, 0.3, 3.0]) * size
+        side = far / float(dot(load, load)) ** 0.5
         e = [r[k] + p[k] + decimal(side * float(load[k])) for k in range(3)]
         exits.append(tuple(decimal(float(x)) for x in e))
     model = model_of(taut, exits, arms, load)
     box = np.array([*box_around(u, reach), *box_around(p, reach * size * rng.choice([0.0, 1.0]))])
     if may_lift(model, np.array([float(chart)]), box[None])[0]:
         return
-    for u_at, p_at in corners_and_inside(rng, box, 20):
+    for u_at, p_at in corners_and_inside(rng, box, 10):
         for i in range(taut):
             assert pulls(load, exits[i], arms[i], chart, u_at, p_at) >= 0
 
@@ -122,7 +120,7 @@ def test_no_cable_pulls_against_the_load_where_it_is_excluded(seed: int):
 @pytest.mark.parametrize("taut", [1, 3, 6])
 @pytest.mark.parametrize("force", [(0, 0, -1), (0, 0, -123456), (3, -4, Fraction(1, 10))])
 def test_a_cable_that_just_pulls_up_keeps_the_box(taut: int, force: tuple[float, float, float]):
-    """One exit point is 1e-9 m on the load's far side of its anchor: not even a box of one pose is excluded."""
+    """One exit point is 1e-9 m against the load from its anchor: not even a box of one pose is excluded."""
     rng = random.Random(7)
     load: Vector = (Fraction(force[0]), Fraction(force[1]), Fraction(force[2]))
     for _ in range(50):
@@ -139,6 +137,31 @@ def test_a_cable_that_just_pulls_up_keeps_the_box(taut: int, force: tuple[float,
         which = rng.randrange(taut)
         exits[which] = tuple(x - BARELY * load[k] / square for k, x in enumerate(anchors[which]))
         assert may_lift(model_of(taut, exits, arms, load), charts, box[None])[0]
+
+
+def test_pulls_below_the_rounding_of_doubles_keep_the_box():
+    """The exit point is 1e-30 m against the load from its anchor, the box one pose of doubles."""
+    rng = random.Random(8)
+    for _ in range(200):
+        chart, load = rng.randrange(4), (decimal(rng.uniform(-1, 1)), Fraction(1, 7), Fraction(-3, 2))
+        u, p = (tuple(Fraction(rng.uniform(-1, 1)) for _ in range(3)) for _ in range(2))
+        arm = drawn(rng, 1.0)
+        r = turned(u, chart, arm)
+        exit_point = tuple(a + b - f / 10**30 for a, b, f in zip(r, p, load, strict=True))
+        box = np.array([*box_around(u, 0.0), *box_around(p, 0.0)])
+        assert may_lift(model_of(1, [exit_point], [arm], load), np.array([float(chart)]), box[None])[0]
+
+
+@pytest.mark.parametrize("spread", ["exit", "arm", "load"])
+def test_data_that_are_ranges_are_taken_at_their_worst(spread: str):
+    """As the frames of families have them: in the middle of the range the cable pulls down, at an end up."""
+    wide, none = Range(Fraction(-1, 100), Fraction(1, 100)), Range.exact(0)
+    for height, kept in ((Fraction(1, 200), True), (Fraction(1, 20), False)):
+        exit_point = (Range.exact(1), none, Range.exact(-height) + (wide if spread == "exit" else none))
+        arm = (none, none, wide if spread == "arm" else none)
+        load = (wide if spread == "load" else none, none, Range.exact(-1))
+        model = build_model([exit_point], [arm], [Range.exact(5)], load, 1)
+        assert may_lift(model, np.zeros(1), np.zeros((1, 6, 2)))[0] == kept
 
 
 def test_only_taut_cables_count_and_unknown_positions_exclude_nothing():
