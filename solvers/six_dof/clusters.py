@@ -36,6 +36,8 @@ def clusters(
     """
     count, found = 0, []
     for cells, kind in ((search.undecided, ROTATION_CELLS), (search.undecided_position, POSE_CELLS)):
+        if len(cells) == 0:
+            continue
         poses = enclosed(reduced.model, cells, kind)
         kept = may_lift(reduced.model, cells[:, kind.columns.chart], poses)
         cells, poses = cells[kept], poses[kept]
