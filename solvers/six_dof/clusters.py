@@ -49,7 +49,7 @@ def clusters(
 
 
 def enclosed(model: Model, cells: Floats, kind: CellKind) -> Floats:
-    """Return bounds (C, 6, 2) of the poses (u, p) in each cell, model frame; NaN where it does not bound p."""
+    """Return bounds (C, 6, 2) of the poses (u, p) in each cell, model frame; NaN where p is not bounded."""
     poses = np.full((len(cells), 6, 2), np.nan)
     lo, hi = np.empty(6), np.empty(6)
     for cell, pose in zip(cells, poses, strict=True):

@@ -1,9 +1,9 @@
 """Poses at which some taut cable may pull against the load: at all others nothing holds it.
 
-With sum t_i e_i + f = 0 and no t_i < 0, sum t_i f . e_i = -|f|^2 < 0, so some taut cable has f . e_i < 0. This
-is Gordan's test with y = f. The y that the search finds at a cell's centre may miss it, mostly with six cables
-whose wrenches are nearly dependent. So what is left over is tested once more; in the search the test costs more
-than the one or two per cent of cells it saves.
+With sum t_i e_i + f = 0 and no t_i < 0, sum t_i f . e_i = -|f|^2 < 0, so some taut cable has f . e_i < 0.
+This is Gordan's test with y = f. The y that the search finds at a cell's centre may miss it, mostly with six
+cables whose wrenches are nearly dependent. So what is left over is tested once more; in the search the test
+costs more than the one or two per cent of cells it saves.
 """
 
 from __future__ import annotations
