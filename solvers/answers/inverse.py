@@ -15,6 +15,8 @@ from typing import Any
 from cdpr_interval.errors import InputError
 
 FORMAT = "cdpr-ik-result/1"
+ANGLE_DECIMALS = 12
+"""Of degrees to paste: 2e-14 rad, about the rounding of a settled pose."""
 Triple = tuple[float, float, float]
 
 
@@ -100,8 +102,8 @@ class IkResult:
     def pose_option(self) -> str:
         """The pose as ``--pose`` takes it, angles in degrees; a point mass has none."""
         angles = () if self.model == "point-mass" else self.rpy
-        entries = [*map(repr, self.position), *(f"{math.degrees(angle)!r}deg" for angle in angles)]
-        return ",".join(entries)
+        degrees = (round(math.degrees(angle), ANGLE_DECIMALS) + 0.0 for angle in angles)
+        return ",".join([*map(repr, self.position), *(f"{angle!r}deg" for angle in degrees)])
 
     def to_dict(self) -> dict[str, Any]:
         """Return the ``cdpr-ik-result/1`` document as plain lists and dictionaries."""

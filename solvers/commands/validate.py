@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 
 import click
 
-from solvers.commands.completion import robot_argument
-from solvers.commands.examples import examples
+from solvers.shell.completion import robot_argument
+from solvers.shell.examples import examples
 
 if TYPE_CHECKING:
     from cdpr_interval.robots.cable_robot import Cable, Point, Robot, Scalar

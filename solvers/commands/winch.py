@@ -9,9 +9,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
-from solvers.commands.completion import files, robot_argument
-from solvers.commands.examples import examples
-from solvers.commands.numbers import read_distance, read_float
+from solvers.commands.numbers import read_distance, read_float, warn_of_lengths
 from solvers.commands.winch_output import (
     print_path,
     print_status,
@@ -20,6 +18,8 @@ from solvers.commands.winch_output import (
     say_dry,
     shown_pose,
 )
+from solvers.shell.completion import files, robot_argument
+from solvers.shell.examples import examples
 
 if TYPE_CHECKING:
     from cdpr_interval.driver.group import WinchGroup
@@ -390,6 +390,7 @@ def _home_lengths(robot: Robot, given: dict[str, Any]) -> list[Any]:
     if given["pose"] is not None:
         return [Range(x - tolerance, x + tolerance) for x in lengths_at(robot, _pose(given["pose"]))]
     ranges = read_lengths(given["lengths"], robot.cable_names, "--lengths")
+    warn_of_lengths(robot, ranges, "--lengths")
     return [Range(lo - tolerance, hi + tolerance) if lo == hi else Range(lo, hi) for lo, hi in ranges]
 
 
