@@ -228,6 +228,7 @@ def test_home_move_where_on_a_bus(run, robot_file, drives, tmp_path):
     assert done.exit_code == 3 and "c1 is unreferenced" in done.stderr
     done = run("home", robot_file, *bus, "--pose", "2,1.5,1")
     assert done.exit_code == 0, done.stderr
+    assert done.stdout.startswith("home (2.000000, 1.500000, 1.000000) m: the pose is static\n")
     live = ["--live", "--arm", "four-winches"]
     done = run("move", robot_file, *bus, *live, "--pose", "1.8,1.55,1.15", "--time", 6, "--log", log)
     assert done.exit_code == 0, done.stderr
