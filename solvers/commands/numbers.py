@@ -11,7 +11,8 @@ from cdpr_interval.errors import InputError
 from cdpr_interval.files.literal import quote, read_number
 
 if TYPE_CHECKING:
-    from cdpr_interval.exact.range import LengthRange
+    from fractions import Fraction
+
     from cdpr_interval.robots.cable_robot import Robot
 
 
@@ -44,7 +45,9 @@ def read_count(text: str, label: str) -> int:
     return int(value)
 
 
-def warn_of_lengths(robot: Robot, lengths: Sequence[LengthRange], label: str) -> None:
+def warn_of_lengths(
+    robot: Robot, lengths: Sequence[tuple[float | Fraction, float | Fraction]], label: str
+) -> None:
     """Say on standard error when lengths are far beyond the size of the robot; they are taken as given."""
     from solvers.questions.scale import absurd_lengths
 

@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from fractions import Fraction
 
-from cdpr_interval.exact.range import LengthRange, Range
+from cdpr_interval.exact.range import Range
 from cdpr_interval.robots.cable_robot import Point, Robot, Scalar
 
 ABSURD = 100
@@ -14,8 +14,8 @@ ABSURD = 100
 them 300 times as long or more; a long pendulum on a small frame is some ten times."""
 
 
-def absurd_lengths(robot: Robot, lengths: Sequence[LengthRange]) -> str | None:
-    """Return a sentence about lengths far beyond the size of the robot, None where there are none.
+def absurd_lengths(robot: Robot, lengths: Sequence[tuple[float | Fraction, float | Fraction]]) -> str | None:
+    """Return a sentence about lengths in m far beyond the size of the robot, None where there are none.
 
     The size is the diagonal of a box around the exit points, and that of one around the platform anchors.
     """
@@ -31,7 +31,7 @@ def absurd_lengths(robot: Robot, lengths: Sequence[LengthRange]) -> str | None:
     others = f" (and {len(long) - 1} more)" if len(long) > 1 else ""
     shown, times = f"{float(length):.6g}", f"{float(length) / size:.3g}"
     text = f"{name}{others} is {shown} m long, {times} times the size of the robot ({size:.3g} m)"
-    return f"{text}: if mm are meant, divide by 1000 or write {shown}mm"
+    return f"{text}: millimetres are written with their unit, as in 7500mm"
 
 
 def _diagonal(points: Sequence[Point]) -> float:

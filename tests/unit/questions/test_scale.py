@@ -20,7 +20,7 @@ def said(text, robot=ROBOT):
 
 def test_the_factor_is_named():
     text = said("7500,8000")
-    assert text.startswith("c1 (and 1 more) is 7500 m long, ") and "write 7500mm" in text
+    assert text.startswith("c1 (and 1 more) is 7500 m long, ") and text.endswith("as in 7500mm")
     factor = float(text.split(" times")[0].split()[-1])
     (size,) = (float(word.strip("()")) for word in text.split() if word.startswith("(") and "." in word)
     assert abs(factor * size / 7500 - 1) < 0.01 and factor > ABSURD
@@ -50,5 +50,7 @@ def test_fk_warns_and_goes_on():
         3,
         4,
     )
+    done = CliRunner().invoke(cli, ["ik", "uc2", "--pose", "4000,0,-7000"])
+    assert done.exit_code == 0 and done.stderr.startswith("warning: --pose: c1 (and 1 more) is 80")
     done = CliRunner().invoke(cli, ["fk", "uc2", "--lengths", "7500mm,8m", "-q"])
     assert (done.exit_code, done.stderr) == (0, "")
