@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any, NoReturn
 import click
 
 from cdpr_interval.errors import InputError, NotSupportedError
-from solvers.commands.examples import examples
+from solvers.shell.examples import examples
 
 if TYPE_CHECKING:
     from click.shell_completion import CompletionItem
@@ -100,7 +100,7 @@ class CommandLine(click.Group):
 
     def shell_complete(self, ctx: click.Context, incomplete: str) -> list[CompletionItem]:
         """Offer commands, and robots: `cdpr-solve ROBOT` is a command too."""
-        from solvers.commands.completion import robots
+        from solvers.shell.completion import robots
 
         # After a character of an option's or a command's name files would only be in the way.
         others = robots(ctx, None, incomplete) if not incomplete.startswith("-") else []

@@ -13,10 +13,10 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from solvers.commands.completion import files, folders
-from solvers.commands.examples import examples
 from solvers.commands.interrupt import interruptible
 from solvers.commands.threads import read_threads, threads_option
+from solvers.shell.completion import files, folders
+from solvers.shell.examples import examples
 
 if TYPE_CHECKING:
     from solvers.batch.executor import Executor

@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from solvers.commands.completion import files, robots
-from solvers.commands.examples import examples
 from solvers.commands.external_force import external_force_option
 from solvers.commands.threads import read_threads, threads_option
+from solvers.shell.completion import files, robots
+from solvers.shell.examples import examples
 
 if TYPE_CHECKING:
     from cdpr_interval.robots.cable_robot import Robot

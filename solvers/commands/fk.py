@@ -7,14 +7,14 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from solvers.commands.completion import files, robot_argument
-from solvers.commands.examples import examples
 from solvers.commands.external_force import LABEL, external_force_option, read_external_force
 from solvers.commands.interrupt import Signals, interruptible
-from solvers.commands.numbers import read_count, read_float
+from solvers.commands.numbers import read_count, read_float, warn_of_lengths
 from solvers.commands.target import JsonTarget
 from solvers.commands.threads import read_threads, threads_option
 from solvers.questions.errors import InputErrors
+from solvers.shell.completion import files, robot_argument
+from solvers.shell.examples import examples
 
 if TYPE_CHECKING:
     from cdpr_interval.robots.cable_robot import Robot
@@ -86,7 +86,7 @@ def command(robot: str, **given: Any) -> int:
         return _of_tensions(robot, given, target)
     certificate = None if given["certificate"] is None else JsonTarget(given["certificate"], "--certificate")
     problem, options = _read(robot, given, target, certificate)
-    _warn(problem)
+    warn_of_lengths(problem.robot, problem.lengths, "--lengths" if given["problem"] is None else "--problem")
     with interruptible() as signals:
         result = _solve(problem, options, quiet=given["quiet"])
         signals.hold()
@@ -101,14 +101,6 @@ def command(robot: str, **given: Any) -> int:
     if given["verbose"]:
         _log(result)
     return _exit_code(result, options)
-
-
-def _warn(problem: Problem) -> None:
-    """Tell on standard error what is hardly meant by the lengths: millimetres, most likely."""
-    from cdpr_interval.robots.doubts import doubts_of_lengths
-
-    for doubt in doubts_of_lengths(problem.robot, problem.lengths):
-        click.echo(f"warning: {doubt}", err=True)
 
 
 def _certify(

@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from solvers.commands.completion import files, robot_argument
-from solvers.commands.examples import examples
 from solvers.commands.external_force import external_force_option, read_external_force
-from solvers.commands.numbers import read_distance, read_float
+from solvers.commands.numbers import read_distance, read_float, warn_of_lengths
 from solvers.commands.target import JsonTarget
 from solvers.questions.errors import InputErrors
+from solvers.shell.completion import files, robot_argument
+from solvers.shell.examples import examples
 
 if TYPE_CHECKING:
     from solvers.answers.inverse import IkResult
@@ -125,6 +125,7 @@ def _solve(source: str, given: dict[str, Any], target: JsonTarget | None) -> IkR
     )
     errors.require_none()
     assert result is not None
+    warn_of_lengths(robot, [(distance, distance) for distance in result.distances], "--pose")
     return result
 
 

@@ -6,10 +6,10 @@ from typing import Any
 
 import click
 
-from solvers.commands.completion import files, robot_argument
-from solvers.commands.examples import examples
 from solvers.commands.external_force import external_force_option, read_external_force
 from solvers.commands.target import JsonTarget
+from solvers.shell.completion import files, robot_argument
+from solvers.shell.examples import examples
 
 
 @click.command(

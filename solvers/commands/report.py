@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 
 import click
 
-from solvers.commands.completion import files, robots
-from solvers.commands.examples import examples
+from solvers.shell.completion import files, robots
+from solvers.shell.examples import examples
 
 if TYPE_CHECKING:
     from solvers.report.source import ResultSource

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from solvers.commands.completion import robots
-from solvers.commands.examples import examples
+from solvers.shell.completion import robots
+from solvers.shell.examples import examples
 
 if TYPE_CHECKING:
     from cdpr_interval.robots.cable_robot import Cable, Point, Robot, Scalar

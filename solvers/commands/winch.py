@@ -9,17 +9,18 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
-from solvers.commands.completion import files, robot_argument
-from solvers.commands.examples import examples
-from solvers.commands.numbers import read_distance, read_float
+from solvers.commands.numbers import read_distance, read_float, warn_of_lengths
 from solvers.commands.winch_output import (
     print_path,
     print_status,
     print_truth,
     print_where,
     say_dry,
+    shown_hanging,
     shown_pose,
 )
+from solvers.shell.completion import files, robot_argument
+from solvers.shell.examples import examples
 
 if TYPE_CHECKING:
     from cdpr_interval.driver.group import WinchGroup
@@ -143,6 +144,8 @@ def move(robot: str, **given: Any) -> int:
     widths = half_widths_of(references)
     path = plan(model, limits, held, ranges, goal, seconds, given["settle"], widths)
     click.echo(f"goal {shown_pose(model, goal)}")
+    if given["settle"]:
+        click.echo(f"settled {shown_pose(model, path.goal)}")
     print_path(model, path)
     with _winches(model, given, live) as group:
         group.pass_cycles(2)
@@ -196,12 +199,12 @@ def home(robot: str, **given: Any) -> int:
     model = _robot(robot)
     if given["state"] is None or given["bus"] is None:
         raise InputError("home: needs --bus and --state FILE, where the references are kept")
-    lengths = _home_lengths(model, given)
+    lengths, place = _home_lengths(model, given)
     with _winches(model, given) as group:
         group.pass_cycles(2)
         group.home(lengths)
-        if given["pose"] is not None:
-            click.echo(f"home at {shown_pose(model, _pose(given['pose']))}")
+        if place is not None:
+            click.echo(f"home {place}")
         print_status(group.snapshot, as_json=False)
     return 0
 
@@ -268,7 +271,7 @@ def simulate(robot: str, **given: Any) -> int:
     from cdpr_interval.driver.canopen_drive import SimulatedNetwork
     from cdpr_interval.driver.simulated_drive import SimulatedDrive
     from cdpr_interval.errors import InputError
-    from solvers.winches.session import lengths_at, read_bus, winches_of
+    from solvers.winches.session import hanging_at, read_bus, winches_of
 
     model = _robot(robot)
     address = read_bus(given["bus"])
@@ -276,17 +279,15 @@ def simulate(robot: str, **given: Any) -> int:
     if not 0.0 <= share <= 1.0:
         raise InputError(f"--share: must be 0 to 1, got {share!r}")
     end = None if given["seconds"] is None else _positive(given["seconds"], "--for")
-    pose = _pose(given["pose"])
-    starts = lengths_at(model, pose)
+    found = hanging_at(model, _pose(given["pose"]))
+    starts = [Fraction(length) for length in found.lengths or ()]
     drives = [
         SimulatedDrive(winch, length, Fraction(share))
         for winch, length in zip(winches_of(model), starts, strict=True)
     ]
     with SimulatedNetwork(drives, address.interface, address.channel):
-        click.echo(
-            f"{len(drives)} simulated drives on {given['bus']}, start {shown_pose(model, pose)}", err=True
-        )
-        click.echo("end with Ctrl-C", err=True)
+        click.echo(f"{len(drives)} simulated drives on {given['bus']}; end with Ctrl-C", err=True)
+        click.echo(f"start {shown_hanging(model, found)}", err=True)
         begun = time.monotonic()
         try:
             while end is None or time.monotonic() - begun < end:
@@ -376,21 +377,25 @@ def _require_unmoved(group: WinchGroup, before: list[tuple[float, float]]) -> No
             raise Refused(f"{cable.name} has moved since the path was planned")
 
 
-def _home_lengths(robot: Robot, given: dict[str, Any]) -> list[Any]:
+def _home_lengths(robot: Robot, given: dict[str, Any]) -> tuple[list[Any], str | None]:
+    """Return the lengths the cables have now, and the pose they were taken from as text."""
     from fractions import Fraction
 
     from cdpr_interval.errors import InputError
     from cdpr_interval.exact.range import Range
     from solvers.questions.lengths import read_lengths
-    from solvers.winches.session import lengths_at
+    from solvers.winches.session import hanging_at
 
     if (given["pose"] is None) == (given["lengths"] is None):
         raise InputError("home: needs either --pose or --lengths")
     tolerance = Fraction(_positive(given["tolerance"], "--tolerance", read_distance))
     if given["pose"] is not None:
-        return [Range(x - tolerance, x + tolerance) for x in lengths_at(robot, _pose(given["pose"]))]
+        found = hanging_at(robot, _pose(given["pose"]))
+        exact = [Fraction(length) for length in found.lengths or ()]
+        return [Range(x - tolerance, x + tolerance) for x in exact], shown_hanging(robot, found)
     ranges = read_lengths(given["lengths"], robot.cable_names, "--lengths")
-    return [Range(lo - tolerance, hi + tolerance) if lo == hi else Range(lo, hi) for lo, hi in ranges]
+    warn_of_lengths(robot, ranges, "--lengths")
+    return [Range(lo - tolerance, hi + tolerance) if lo == hi else Range(lo, hi) for lo, hi in ranges], None
 
 
 def _mark_rows(robot: Robot) -> list[dict[str, Any]]:

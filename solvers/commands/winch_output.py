@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import sys
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -12,6 +12,8 @@ if TYPE_CHECKING:
     from cdpr_interval.driver.snapshot import Snapshot
     from cdpr_interval.mechanics.statics import Pose
     from cdpr_interval.robots.cable_robot import Robot
+    from solvers.answers.data import Solution
+    from solvers.answers.inverse import IkResult
     from solvers.winches.path import Path as CablePath
     from solvers.winches.where import Whereabouts
 
@@ -33,6 +35,15 @@ def shown_pose(robot: Robot, pose: Pose) -> str:
     place = f"({', '.join(f'{x:z.6f}' for x in pose.position.tolist())}) m"
     angles = shown_angles(rpy_from_rotation(pose.rotation))
     return f"{place}, roll pitch yaw ({angles})" if class_of(robot).turns else place
+
+
+def shown_hanging(robot: Robot, found: IkResult) -> str:
+    """Return where a robot hangs near a pose that was asked for, and how far that is from it."""
+    import numpy as np
+
+    from cdpr_interval.mechanics.statics import Pose
+
+    return f"{shown_pose(robot, Pose(np.array(found.position), np.array(found.rotation)))}: {found.message}"
 
 
 def print_status(snapshot: Snapshot, as_json: bool) -> None:
@@ -62,9 +73,13 @@ def print_where(robot: Robot, ranges: list[tuple[float, float]], found: Whereabo
 
     names = robot.cable_names
     if as_json:
-        poses = [pose.to_json(names) for pose in found.poses]
-        lengths = [list(bounds) for bounds in ranges]
-        click.echo(json.dumps({"lengths_m": lengths, "message": found.message, "poses": poses}))
+        document = {
+            "lengths_m": [list(bounds) for bounds in ranges],
+            "message": found.message,
+            "poses": [pose.to_json(names) for pose in found.poses],
+            "at_the_middles_only": [_nominal(solution) for solution in found.lost],
+        }
+        click.echo(json.dumps(document))
         return
     for name, (lo, hi) in zip(names, ranges, strict=True):
         click.echo(f"{name}  {' to '.join(_outward(lo, hi))} m")
@@ -78,6 +93,20 @@ def print_where(robot: Robot, ranges: list[tuple[float, float]], found: Whereabo
         if class_of(robot).turns:
             angles = shown_angles(pose.solution.nominal.rpy)
             click.echo(f"  roll pitch yaw near ({angles})")
+    for solution in found.lost:
+        nominal = solution.nominal
+        place = ", ".join(f"{x:z.6f}" for x in nominal.position)
+        angles = shown_angles(nominal.rpy)
+        click.echo(f"for the middles of the lengths only: ({place}) m, roll pitch yaw near ({angles})")
+
+
+def _nominal(solution: Solution) -> dict[str, Any]:
+    nominal = solution.nominal
+    return {
+        "position_m": list(nominal.position),
+        "quaternion_wxyz": list(nominal.quaternion_wxyz),
+        "rpy_rad": list(nominal.rpy),
+    }
 
 
 def print_path(robot: Robot, path: CablePath) -> None:

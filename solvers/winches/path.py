@@ -72,6 +72,8 @@ class Path:
     """(N,) m/s^2: largest."""
     pieces: int
     """Proofs."""
+    goal: Pose
+    """Where it ends: the pose asked for, settled if that was asked for."""
 
     @property
     def points(self) -> list[tuple[float, list[float]]]:
@@ -148,6 +150,7 @@ def plan(
         speeds=speeds,
         accelerations=accelerations,
         pieces=pieces,
+        goal=way.goal,
     )
 
 
@@ -211,6 +214,7 @@ class _Way:
         if end.settling is not None and not end.settling.succeeded:
             raise PathRefused(f"the goal could not be settled: {end.message}")
         self._end = np.array(end.position)
+        self.goal = Pose(self._end, np.array(end.rotation))
         self._last = np.array(end.lengths)
         self._taut = list(here.tight)
         # What the winches hold differs from what inverse kinematics would choose; the difference fades out.
@@ -296,13 +300,14 @@ def _proved_piece(prover: _Prover, rows: Floats, width: Floats, halvings: int) -
 class _Prover:
     """What must hold for ranges of lengths: a certified pose, tight cables tight, tensions in limits.
 
-    Cables slack at the start stay slack, for a platform also the taut ones taut.
+    What is proved of a cable at the start stays so: taut or slack. Only where tight cables share the load in
+    ways that are not known at the start, a tight one may be taut here and open there, never slack.
     """
 
     def __init__(self, robot: Robot, here: MeasuredPose) -> None:
         self._robot, self._here = robot, here
         self._follow = class_of(robot).follower(robot, here.solution)
-        self._keeps = not class_of(robot).solves_ranges
+        self._shared = not here.is_decided
         self.tensions: Floats = here.tensions.copy()
         self.taut = here.taut
 
@@ -316,7 +321,7 @@ class _Prover:
         for i, (now, start) in enumerate(zip(states, self._here.states, strict=True)):
             name = self._robot.cable_names[i]
             either = CableState.SLACK in (now, start)
-            if now is not start and (either or self._keeps):
+            if now is not start and (either or not self._shared):
                 return f"{name} is {start.value} at the start, {now.value} here"
             limits = self._robot.cables[i].tension_limits
             lo, hi = tensions[i]

@@ -20,6 +20,7 @@ from cdpr_interval.exact.range import Range
 from cdpr_interval.mechanics.statics import Pose
 from cdpr_interval.robots.cable_robot import Robot
 from cdpr_interval.robots.winch import Winch
+from solvers.answers.inverse import IkResult
 from solvers.classes import class_of
 from solvers.kinematics.inverse import inverse_kinematics
 
@@ -51,12 +52,17 @@ def winches_of(robot: Robot) -> list[Winch]:
     return found
 
 
-def lengths_at(robot: Robot, pose: Pose, label: str = "--pose") -> list[Fraction]:
-    """Return the lengths in m with which the robot hangs at a pose; `InputError` when it cannot."""
+def hanging_at(robot: Robot, pose: Pose, label: str = "--pose") -> IkResult:
+    """Return where the robot hangs near a pose, with its lengths; `InputError` when it hangs nowhere near."""
     found = inverse_kinematics(robot, pose.position, pose.rotation, settle=class_of(robot).turns)
     if found.lengths is None:
         raise InputError(f"{label}: {found.message}")
-    return [Fraction(length) for length in found.lengths]
+    return found
+
+
+def lengths_at(robot: Robot, pose: Pose, label: str = "--pose") -> list[Fraction]:
+    """Return the lengths in m with which the robot hangs at a pose; `InputError` when it cannot."""
+    return [Fraction(length) for length in hanging_at(robot, pose, label).lengths or ()]
 
 
 @contextmanager

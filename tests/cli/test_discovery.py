@@ -13,7 +13,7 @@ from click.testing import CliRunner
 from cdpr_interval import load_robot
 from cdpr_interval.robots.shipped import shipped_robots
 from solvers.cli import COMMANDS, cli
-from solvers.commands.examples import HEAD
+from solvers.shell.examples import HEAD
 from tests.support.batch_workers import listed
 
 ON_A_BUS = ("home", "stop", "simulate")

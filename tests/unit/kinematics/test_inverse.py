@@ -258,7 +258,7 @@ def test_round_trip(options):
     assert [float(x) for x in document["lengths_option"].split(",")] == list(result.lengths)
     again = read_pose(result.pose_option)
     assert again.position.tolist() == list(result.position)
-    assert np.allclose(again.rotation, result.rotation, rtol=0, atol=1e-15)
+    assert np.allclose(again.rotation, result.rotation, rtol=0, atol=1e-13)
 
 
 @pytest.mark.parametrize("text", ["", "[]", "{}", '{"format": "cdpr-ik-result/1"}', '{"format": "x"}'])
