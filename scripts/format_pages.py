@@ -1,4 +1,4 @@
-"""Write the tables of keys in ``docs/result.md`` and ``docs/problem.md`` from the schemas of the formats.
+"""Write the tables of keys in the pages about formats from their schemas.
 
 What stands above the mark is written by hand.
 """
@@ -12,6 +12,8 @@ from typing import Any
 from cdpr_interval.files.fields import schema_of as file_schema
 from solvers.answers.data import FORMAT, ResultData
 from solvers.answers.document import schema_of
+from solvers.answers.inverse import FORMAT as IK_FORMAT
+from solvers.answers.inverse import IkResult
 from solvers.questions.problem_schema import PROBLEM_FORMAT, ProblemBlock
 
 Json = dict[str, Any]
@@ -31,6 +33,7 @@ def pages() -> dict[Path, str]:
     """Return the text of each page as it must be."""
     schemas = {
         "docs/result.md": schema_of(ResultData, FORMAT),
+        "docs/ik-result.md": schema_of(IkResult, IK_FORMAT),
         "docs/problem.md": file_schema(ProblemBlock, PROBLEM_FORMAT),
     }
     return {ROOT / name: page(ROOT / name, schema) for name, schema in schemas.items()}
@@ -121,7 +124,9 @@ def _part(rule: Json) -> str:
 
 def _list(rule: Json) -> str:
     if "prefixItems" in rule:
-        return f"list of {len(rule['prefixItems'])} numbers"
+        (inner,) = {_kind(entry) for entry in rule["prefixItems"]}
+        count = len(rule["prefixItems"])
+        return f"list of {count} {inner}s" if inner == "number" else f"{count} x {inner}"
     items, count = rule["items"], rule.get("minItems")
     if items == {"type": ["number", "null"]}:
         return "[lo, hi]"

@@ -25,7 +25,7 @@ Rows = tuple[Triple, Triple, Triple]
 class IkQuestion(Described):
     """What was asked."""
 
-    command: str = "ik"
+    command: str
     """The command that would ask the same."""
     position: Triple
     """The pose that was given: platform origin in the base frame."""

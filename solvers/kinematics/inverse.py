@@ -195,6 +195,7 @@ def answer_pose(
         settle_within = nearby(model, pose)
     fx, fy, fz = (float(component) for component in force)
     question = IkQuestion(
+        command="ik",
         position=_triple(pose.position),
         quaternion_wxyz=quaternion_from_rotation(pose.rotation),
         taut=None if subset is None else tuple(robot.cable_names[i] for i in subset),
