@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import platform
 import socket
+import time
 from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
@@ -48,8 +49,14 @@ class Provenance(Described):
 
 def provenance(robot: Robot, lengths: Sequence[LengthRange], external_force: Vector) -> Provenance:
     """Return the provenance of an answer that is ready now."""
-    now = datetime.now(UTC).replace(microsecond=0)
-    return Provenance(now, socket.gethostname(), versions(), tuple(lengths), external_force, robot)
+    now = datetime.fromtimestamp(int(time.time()), UTC)
+    return Provenance(now, host(), versions(), tuple(lengths), external_force, robot)
+
+
+@cache
+def host() -> str:
+    """Return the name of the machine, asked once a process."""
+    return socket.gethostname()
 
 
 @cache
