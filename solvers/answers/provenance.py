@@ -43,14 +43,14 @@ class Provenance(Described):
     def __str__(self) -> str:
         """Return when, where and with what, and the digest of the robot, in one line."""
         versions = ", ".join(f"{name} {version}" for name, version in self.versions.items())
-        when = f"{self.date:%Y-%m-%d %H:%M:%S} UTC"
+        when = f"{self.date.astimezone(UTC):%Y-%m-%d %H:%M:%S} UTC"
         return f"{when} on {self.host}, {versions}, robot sha256 {self.robot.sha256}"
 
 
 def provenance(robot: Robot, lengths: Sequence[LengthRange], external_force: Vector) -> Provenance:
     """Return the provenance of an answer that is ready now."""
     now = datetime.fromtimestamp(int(time.time()), UTC)
-    return Provenance(now, host(), versions(), tuple(lengths), external_force, robot)
+    return Provenance(now, host(), dict(versions()), tuple(lengths), external_force, robot)
 
 
 @cache

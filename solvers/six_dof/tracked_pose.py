@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from enum import StrEnum
+from functools import partial
 
 from cdpr_interval.errors import CdprError
 from cdpr_interval.exact.enclosure import Bounds
@@ -94,6 +95,11 @@ class TrackedPose:
         place = ", ".join(f"{x:.6g}" for x in self.point)
         return f"<TrackedPose {self.status}: ({place}) m, taut {self.taut}, {self.stability}>"
 
+    def __reduce__(self) -> tuple[object, ...]:
+        """Take the estimate along to another process; the tracker that computes it stays."""
+        guess = None if self._guess is None else partial(_known_estimate, self._guess())
+        return TrackedPose, (self.status, self.reason, self.region, self.taut, self.fields, guess)
+
     @property
     def proved(self) -> bool:
         """The same as ``tracked``, in the word of all classes of robots."""
@@ -173,3 +179,7 @@ class TrackedPose:
         if self.fields is None:
             raise CdprError(f"no pose is proved: {self.reason}")
         return self.fields
+
+
+def _known_estimate(found: Estimate) -> Estimate:
+    return found

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import builtins
+import copy
 import html
 import json
+import pickle
 import re
 import subprocess
 import sys
@@ -64,6 +66,11 @@ def test_a_notebook_shows_a_table_without_anything_installed(uc2):
     assert "Undecided regions" in open_result._repr_html_() and "singular" in open_result._repr_html_()
     named = replace(open_result, robot=replace(open_result.robot, name="<script>"))
     assert "<script>" not in named._repr_html_()
+
+
+def test_results_travel_between_processes(uc2):
+    assert pickle.loads(pickle.dumps(uc2)).to_json() == uc2.to_json()
+    assert copy.deepcopy(uc2).to_json() == uc2.to_json()
 
 
 def test_long_tables_are_cut_and_say_so(uc2):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pickle
 import sys
 import threading
 from dataclasses import replace
@@ -63,6 +64,17 @@ def test_a_tracked_pose_is_its_own_estimate(stable):
     assert found.point == pose.point and found.taut == pose.taut and found.converged
     assert np.allclose(found.rpy, stable.nominal.rpy)
     assert len(repr(pose)) < 200 and len(repr(found)) < 200 and "not certified" in repr(found)
+
+
+def test_poses_travel_between_processes(stable):
+    tracker = Tracker("uc4", stable)
+    for pose in (tracker.update(UC4), tracker.update([7.8, 8.0, 7.0, 9.0])):
+        again = pickle.loads(pickle.dumps(pose))
+        assert (again.status, again.reason, again.region, again.taut) == (
+            pose.status, pose.reason, pose.region, pose.taut,
+        )  # fmt: skip
+        assert again.estimate.position == pose.estimate.position and repr(again) == repr(pose)
+    assert not again.tracked
 
 
 def test_nothing_is_known_without_a_start():
