@@ -124,9 +124,9 @@ def _part(rule: Json) -> str:
 
 def _list(rule: Json) -> str:
     if "prefixItems" in rule:
-        (inner,) = {_kind(entry) for entry in rule["prefixItems"]}
-        count = len(rule["prefixItems"])
-        return f"list of {count} {inner}s" if inner == "number" else f"{count} x {inner}"
+        fixed = rule["prefixItems"]
+        (inner,) = {_kind(entry) for entry in fixed}
+        return f"list of {len(fixed)} {inner}s" if inner == "number" else f"{len(fixed)} x {inner}"
     items, count = rule["items"], rule.get("minItems")
     if items == {"type": ["number", "null"]}:
         return "[lo, hi]"
