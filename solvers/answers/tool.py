@@ -1,4 +1,4 @@
-"""The name and version this program writes into its files."""
+"""The name and version that this program writes into its files."""
 
 from __future__ import annotations
 
