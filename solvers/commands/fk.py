@@ -59,7 +59,6 @@ def command(robot: str, **given: Any) -> int:
         return _of_tensions(robot, given, target)
     certificate = None if given["certificate"] is None else JsonTarget(given["certificate"], "--certificate")
     problem, options = _read(robot, given, target, certificate)
-    _warn(problem)
     with interruptible() as signals:
         result = _solve(problem, options, quiet=given["quiet"])
         signals.hold()
@@ -74,14 +73,6 @@ def command(robot: str, **given: Any) -> int:
     if given["verbose"]:
         _log(result)
     return _exit_code(result, options)
-
-
-def _warn(problem: Problem) -> None:
-    """Tell on standard error what is hardly meant by the lengths: millimetres, most likely."""
-    from cdpr_interval.robots.doubts import doubts_of_lengths
-
-    for doubt in doubts_of_lengths(problem.robot, problem.lengths):
-        click.echo(f"warning: {doubt}", err=True)
 
 
 def _certify(

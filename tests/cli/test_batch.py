@@ -445,7 +445,7 @@ HEADS = [
         ["unknown column 'time': a column of your own begins with x_ ('x_time')"],
     ),
     (",c1,c2\n0,7.5,8\n", ["column 1 has no title: a column of your own begins with x_"]),
-    ("C1,c2\n7.5,8\n", ["unknown column 'C1' (did you mean 'c2'?)", "no column for c1"]),
+    ("C1,c2\n7.5,8\n", ["no column for c1", "unknown column 'C1' (did you mean 'c1'?)"]),
     ("c1,length_c1_m,c2\n7,7,8\n", ["column 'length_c1_m' is the second one of cable 'c1'"]),
     ("length_c1_m,x_m\n7,7\n", ["no column for c2"]),
     ("c1,c2,job\n7,7,1\n", ["unknown column 'job': a column of your own begins with x_ ('x_job')"]),

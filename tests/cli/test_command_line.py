@@ -491,11 +491,6 @@ def test_validate_needs_one_thing_to_do(args):
     assert (result.exit_code, result.stdout) == (2, "") and lines(result)[0].startswith("validate: ")
 
 
-def test_lengths_in_millimetres_are_warned_of(hanging):
-    result = run(hanging, "--lengths", "2690,3900", "-q")
-    assert "warning: the length of c2, 3900 m, is 975 times the width of the frame" in result.stderr
-
-
 def test_no_pose_says_by_how_much(hanging):
     result = run(hanging, "--lengths", "1,1.5")
     assert result.exit_code == 4

@@ -8,7 +8,7 @@ import pytest
 
 from cdpr_interval import load_robot
 from cdpr_interval.robots.cable_robot import Cable, Elasticity, Platform, Robot
-from cdpr_interval.robots.doubts import doubts, doubts_of_lengths
+from cdpr_interval.robots.doubts import doubts
 from cdpr_interval.robots.formats.reader import shipped_robots
 
 FAR = "platform_anchor_m: that of c0"
@@ -86,13 +86,4 @@ def test_no_shipped_robot_is_doubted(name: str):
 
 def test_one_cable_has_no_frame_to_compare_with():
     robot = Robot("bob", Platform(1), (Cable("c", (0, 0, 5), (0, 0, 900)),))
-    assert doubts(robot) == [] == doubts_of_lengths(robot, [(Fraction(1), Fraction(1))])
-
-
-def test_lengths_in_millimetres_are_doubted():
-    lengths = [(Fraction(x), Fraction(x)) for x in (5000, 5400, 5200, 5100)]
-    (said,) = doubts_of_lengths(crane(), lengths)
-    assert said.startswith(
-        "the length of c1, 5400 m, is 691 times the width of the frame, 7.81 m: in millimetres?"
-    )
-    assert doubts_of_lengths(crane(), [(Fraction(50), Fraction(50))] * 4) == []
+    assert doubts(robot) == []
