@@ -1,4 +1,4 @@
-"""What is allowed in a robot, and yet hardly meant: millimetres typed as metres, springs in N/mm, anchors of the base frame.
+"""What is allowed in a robot, and yet hardly meant: millimetres typed as metres, springs in N/mm.
 
 A doubt is one sentence. It never stops anything: somebody may really have such a robot.
 """

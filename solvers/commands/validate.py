@@ -9,6 +9,9 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from solvers.shell.completion import robots
+from solvers.shell.examples import examples
+
 if TYPE_CHECKING:
     from cdpr_interval.robots.cable_robot import Cable, Point, Robot, Scalar
 
@@ -18,21 +21,21 @@ DATA = "cdpr_interval.robots"
 SCHEMA, TEMPLATE = "schemas/cdpr-robot-1.schema.json", "template.yaml"
 
 
-@click.command("validate", short_help="Read a robot file and print a summary, or every error.")
-@click.argument("robot", required=False)
+@click.command(
+    "validate",
+    short_help="Read a robot file and print a summary, or every error.",
+    epilog=examples("validate merlet_4_1", "validate --template > crane.yaml", "validate crane.yaml"),
+)
+@click.argument("robot", required=False, shell_complete=robots)
 @click.option("--json", "target", metavar="FILE|-", help="Write the summary as JSON; with - nothing else.")
 @click.option("-q", "--quiet", is_flag=True, help="No summary; warnings and errors always.")
 @click.option("--template", is_flag=True, help="Print a robot file with comments, to be filled in.")
 @click.option("--schema", is_flag=True, help="Print where the JSON Schema of robot files is, for editors.")
 def command(robot: str | None, target: str | None, quiet: bool, template: bool, schema: bool) -> int:
-    r"""Read ROBOT and print a summary, or every error with line and column.
+    """Read ROBOT and print a summary, or every error with line and column.
 
     Warnings tell what is allowed and hardly meant (millimetres typed as metres), and what this version cannot
     solve yet. Exit code 0: the file is valid, also with warnings; 2: it is not.
-
-    \b
-    cdpr-solve validate crane.yaml
-    cdpr-solve validate --template > crane.yaml
     """
     from cdpr_interval.errors import InputError
     from cdpr_interval.robots.doubts import doubts
