@@ -248,7 +248,8 @@ def parse_document(data: bytes | str, file: str = "<text>") -> Document:
         # ValueError: PyYAML's own, of a version number with thousands of digits.
         place = _too_deep_at(text)
         found = explained(text, error)
-        document.report_at(*(place or found[:2]), "", TOO_DEEP if place else found.rule)
+        rule = TOO_DEEP if place else f"not valid YAML: {found.rule}"
+        document.report_at(*(place or found[:2]), "", rule)
     except _Hopeless:
         pass
     if not hasattr(document, "root"):

@@ -9,7 +9,7 @@ from __future__ import annotations
 import re
 from typing import Any, NamedTuple
 
-from cdpr_interval.files.literal import printable, quote
+from cdpr_interval.files.literal import printable
 
 LINES_ABOVE = 3
 """Lines looked at above the error: a text goes on over lines until something in it cannot be a text."""
@@ -57,7 +57,7 @@ def explained(text: str, error: Exception) -> Explained:
 def _said(problem: str) -> str:
     """Return what a parser says, as a part of one short line."""
     said = printable(problem)
-    return f"not valid YAML: {said if len(said) <= 100 else said[:97] + '...'}"
+    return said if len(said) <= 100 else said[:97] + "..."
 
 
 def _typed(lines: list[str], last: int, problem: str) -> Explained | None:
@@ -119,11 +119,15 @@ def _said_better(lines: list[str], error: Exception, problem: str, mark: Any) ->
     if "unexpected end of stream" in problem:
         return Explained(start.line + 1, start.column + 1, "the quote that opens here is never closed")
     if "expected ',' or" in problem:
-        bracket = "[" if problem.endswith("']'") else "{"
+        bracket = "[" if "']'" in problem else "{"
         opened = f"the '{bracket}' of line {start.line + 1}, column {start.column + 1} is not closed"
         return Explained(*here, f"a ',' is missing before this, or {opened}")
     if "cannot start any token" in problem and mark.column < len(line):
-        return Explained(*here, f"a text that begins with {quote(line[mark.column])} needs quotes")
+        sign = line[mark.column]
+        tab = sign == "\t"
+        return Explained(
+            *here, "a tab: write a space" if tab else f"a text that begins with '{sign}' needs quotes"
+        )
     if "mapping values are not allowed" in problem:
         if _COLON_IN_TEXT.fullmatch(line):
             return Explained(*here, "a second ': ' in this line: a text that holds one needs quotes")
@@ -131,10 +135,11 @@ def _said_better(lines: list[str], error: Exception, problem: str, mark: Any) ->
         if above is not None and _indent(line) > _indent(lines[above]) and _VALUE.fullmatch(lines[above]):
             rule = f"is indented further than line {above + 1}, which has a value already"
             return Explained(mark.line + 1, _indent(line) + 1, rule)
-    if problem.startswith("did not find expected") and mark.column == _indent(line) != start.column:
+    stray = problem.startswith(("did not find expected", "expected <block end>"))
+    if stray and mark.column == _indent(line) != start.column:
         rule = f"is indented by {mark.column}, what it belongs to by {start.column} (line {start.line + 1})"
         return Explained(*here, rule)
-    if problem.startswith("did not find expected") and line[: mark.column].rstrip()[-1:] in ("'", '"'):
+    if stray and line[: mark.column].rstrip()[-1:] in ("'", '"'):
         sign = line[: mark.column].rstrip()[-1]
         return Explained(*here, f"the text in quotes ends before this: {_doubled(sign)}")
     return None

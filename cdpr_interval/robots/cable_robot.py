@@ -146,6 +146,8 @@ class Cable(Part):
         for name in ("frame_anchor", "platform_anchor"):
             self._keep(name, _point(getattr(self, name), name))
         if self.tension_limits is not None:
+            if not isinstance(self.tension_limits, list | tuple) or len(self.tension_limits) != 2:
+                raise InputError(f"tension_limits: must be 2 numbers, got {self.tension_limits!r}")
             lo, hi = self.tension_limits
             self._keep(
                 "tension_limits", (exact(_number(lo, "tension_limits")), exact(_number(hi, "tension_limits")))

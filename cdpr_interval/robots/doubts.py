@@ -1,4 +1,4 @@
-"""What is allowed in a robot, and yet hardly meant: millimetres typed as metres, lengths of another frame.
+"""What is allowed in a robot, and yet hardly meant: millimetres typed as metres, springs in N/mm.
 
 A doubt is one sentence. It never stops anything: somebody may really have such a robot.
 """
@@ -10,7 +10,7 @@ from collections.abc import Iterator, Sequence
 from fractions import Fraction
 from itertools import combinations
 
-from cdpr_interval.exact.range import LengthRange, Range
+from cdpr_interval.exact.range import Range
 from cdpr_interval.robots.cable_robot import Cable, Point, Robot, Scalar
 
 FARTHEST_ANCHOR = 1.5
@@ -25,8 +25,6 @@ LIGHTEST = 0.05
 """kg/m2 of a platform over its size squared: paper has 0.08."""
 STRONGEST_GRAVITY = 100.0
 """m/s2; the Earth's in mm/s2 is 9810."""
-LONGEST_LENGTH = 100.0
-"""Times that a cable is longer than the frame is wide: four cables that hang side by side are a pendulum."""
 NEARLY_EQUAL = 1e-6
 """Of the frame: anchors so near to the centre of mass are meant to be there."""
 IN_MILLIMETRES = 10.0
@@ -37,17 +35,6 @@ MILLIMETRES = "in millimetres? Keys that end in _m are in metres: divide by 1000
 def doubts(robot: Robot) -> list[str]:
     """Return what is hardly meant in the data of a robot, a sentence each."""
     return [*_frame(robot), *_platform(robot), *_cables(robot)]
-
-
-def doubts_of_lengths(robot: Robot, lengths: Sequence[LengthRange]) -> list[str]:
-    """Return what is hardly meant by lengths (m, file order) for a robot, a sentence each."""
-    size = _extent([cable.frame_anchor for cable in robot.cables])
-    longest = max(range(len(lengths)), key=lambda i: lengths[i][0])
-    length = float(lengths[longest][0])
-    if not size or length < LONGEST_LENGTH * size:
-        return []
-    name, far = robot.cable_names[longest], f"{length / size:.3g} times the width of the frame, {_m(size)}"
-    return [f"the length of {name}, {_m(length)}, is {far}: in millimetres? Lengths are in metres"]
 
 
 def _frame(robot: Robot) -> Iterator[str]:

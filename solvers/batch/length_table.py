@@ -101,5 +101,8 @@ def _columns(head: Sequence[str], place: str, cables: Sequence[str]) -> dict[str
 def _unknown(column: int, title: str, cables: Sequence[str]) -> str:
     if not title:
         return f"column {column + 1} has no title: a column of your own begins with x_"
-    hint = suggestion(title, cables) or f": a column of your own begins with x_ ({quote('x_' + title)})"
+    same = {cable.lower(): cable for cable in cables}.get(title.lower())
+    hint = (
+        suggestion(same or title, cables) or f": a column of your own begins with x_ ({quote('x_' + title)})"
+    )
     return f"unknown column {quote(title)}{hint}"

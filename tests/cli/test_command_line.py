@@ -1,13 +1,17 @@
 """``cdpr-solve`` as a user calls it: options, messages, files and exit codes."""
 
 import json
+import re
 import subprocess
 import sys
 from fractions import Fraction
+from pathlib import Path
 
 import pytest
 from click.testing import CliRunner
 
+from cdpr_interval import load_robot
+from cdpr_interval.robots.cable_robot import Elasticity
 from solvers.answers.data import Answer, StopReason
 from solvers.answers.result import Result
 from solvers.cli import COMMANDS, cli
@@ -412,6 +416,90 @@ def test_validate_shows_ranges_as_ranges(tmp_path):
         "  uncertain: platform.mass_kg in [9.5, 10.5]\n"
         "  uncertain: cables[1].frame_anchor_m[1] in [0, 0.25]\n",
     )
+    (warning,) = lines(result)
+    assert warning.startswith(
+        "warning: this version cannot solve it: uncertain scalars are not supported yet"
+    )
+
+
+def test_validate_warns_of_what_is_hardly_meant_and_prints_notes(tmp_path):
+    crane = tmp_path / "crane.yaml"
+    text = hanging_mass.TEXT.replace("[4, 0, 0]", "[4000, 0, 0]")
+    crane.write_text(text + "notes: [the mass is a placeholder, 'measured: no']\n", encoding="utf-8")
+    result = run("validate", crane)
+    assert result.exit_code == 0
+    assert "  notes: the mass is a placeholder\n  notes: measured: no\n" in result.stdout
+    (warning,) = lines(result)
+    assert warning.startswith("warning: frame_anchor_m: exit points are 4000 m apart: in millimetres?")
+    quiet = run("validate", crane, "-q")
+    assert (quiet.exit_code, quiet.stdout, lines(quiet)) == (0, "", [warning])
+
+
+def test_validate_says_what_this_version_cannot_solve(tmp_path):
+    robot = load_robot("uc2")
+    spring = Elasticity(stiffness=1e4)
+    for name, cables, reason in (
+        (
+            "elastic",
+            [cable.replace(elasticity=spring) for cable in robot.cables],
+            "elastic cables of a platform",
+        ),
+        ("mixed", [robot.cables[0].replace(elasticity=spring), robot.cables[1]], "elastic and inextensible"),
+    ):
+        path = tmp_path / f"{name}.yaml"
+        robot.replace(cables=cables).save(path)
+        result = run("validate", path)
+        assert result.exit_code == 0 and ": valid, " in result.stdout
+        (warning,) = lines(result)
+        assert warning.startswith(f"warning: this version cannot solve it: {reason}")
+        assert run(path, "--lengths", "7.5,8").exit_code == 2
+
+
+def test_validate_as_json(tmp_path):
+    result = run("validate", "six_leg_40", "--json", "-")
+    document = json.loads(result.stdout)
+    assert (result.exit_code, result.stderr, document["format"]) == (0, "", "cdpr-validation/1")
+    assert document["model"] == "six-dof" and document["cables"] == [f"c{i}" for i in range(1, 7)]
+    assert (document["warnings"], document["not_supported"]) == ([], None)
+    assert document["notes"].endswith("The mass is a placeholder.")
+    both = run("validate", "uc2", "--json", tmp_path / "v.json")
+    assert both.stdout.startswith("uc2: valid") and json.loads((tmp_path / "v.json").read_text())
+    (tmp_path / "bad.yaml").write_text("name: x\n", encoding="utf-8")
+    wrong = run("validate", tmp_path / "bad.yaml", "--json", tmp_path / "w.json")
+    assert wrong.exit_code == 2 and not (tmp_path / "w.json").exists()
+    assert any(line.endswith("format: missing: write 'format: cdpr-robot/1'") for line in lines(wrong))
+
+
+def test_the_template_is_a_valid_robot_whose_comments_hold(tmp_path):
+    template = run("validate", "--template")
+    assert template.exit_code == 0
+    for text in (
+        template.stdout,
+        re.sub(r"^( *)# (notes|elasticity|tension_limits_N):", r"\1\2:", template.stdout, flags=re.M),
+    ):
+        path = tmp_path / "my.yaml"
+        path.write_text(text, encoding="utf-8")
+        result = run("validate", path)
+        assert result.exit_code == 0 and "my-robot: valid, six-dof platform on 3 cables" in result.stdout
+        assert "in millimetres" not in result.stderr
+
+
+def test_where_the_schema_is():
+    result = run("validate", "--schema")
+    document = json.loads(Path(result.stdout.strip()).read_text(encoding="utf-8"))
+    assert result.exit_code == 0 and document["title"] == "cdpr-robot/1"
+
+
+@pytest.mark.parametrize("args", [[], ["uc2", "--schema"], ["--template", "--schema"]])
+def test_validate_needs_one_thing_to_do(args):
+    result = run("validate", *args)
+    assert (result.exit_code, result.stdout) == (2, "") and lines(result)[0].startswith("validate: ")
+
+
+def test_no_pose_says_by_how_much(hanging):
+    result = run(hanging, "--lengths", "1,1.5")
+    assert result.exit_code == 4
+    assert result.stdout.strip().endswith("; made longer alike, each needs at least 0.749 m more")
 
 
 @pytest.mark.parametrize("name", ["cogiro", "merlet_4_1_k100"])
