@@ -18,6 +18,7 @@ from typing import Any, NoReturn
 import click
 
 from cdpr_interval.errors import InputError, NotSupportedError
+from solvers.commands.interrupt import interruptible
 
 COMMANDS = {
     "fk": "solvers.commands.fk",
@@ -45,10 +46,42 @@ class ExitCode(IntEnum):
     INCOMPLETE = 3
     NO_POSE = 4
     NOT_PROVED = 5
-    """A certificate's claims do not follow from what is in it."""
+    """A certificate's claims do not follow from what is in it, or jobs of a batch failed."""
+    NONE_FOUND = 6
+    """Inverse kinematics found no pose, which proves nothing."""
     INTERRUPTED = 130
     OUTPUT_CLOSED = 141
     """The reader of the output has gone (``| head``): what a shell reports for a process ended by SIGPIPE."""
+
+    @property
+    def meaning(self) -> str:
+        """What the code says, whatever the command; docs/exit-codes.md says it of each command."""
+        return MEANINGS[self]
+
+
+MEANINGS = {
+    ExitCode.COMPLETE: "complete: nothing is left open",
+    ExitCode.INTERNAL_ERROR: "internal error: nothing may be concluded",
+    ExitCode.INVALID: "wrong usage or file, or not supported: nothing was done",
+    ExitCode.INCOMPLETE: "something is left undecided, or was not looked at",
+    ExitCode.NO_POSE: "proved that there is no pose",
+    ExitCode.NOT_PROVED: "not proved, or failed",
+    ExitCode.NONE_FOUND: "no pose was found, which proves nothing",
+    ExitCode.INTERRUPTED: "interrupted",
+    ExitCode.OUTPUT_CLOSED: "the reader of the output has gone",
+}
+
+
+class Ending(int):
+    """An exit code that a command returns, with the one line that standard error says about it."""
+
+    line: str
+
+    def __new__(cls, code: ExitCode | int, line: str) -> Ending:
+        """Return the code with its line."""
+        ending = super().__new__(cls, code)
+        ending.line = line
+        return ending
 
 
 class OutputClosed(Exception):
@@ -121,8 +154,9 @@ class CommandLine(click.Group):
         self, args: list[str], prog_name: str | None, complete_var: str | None, extra: dict[str, Any]
     ) -> int:
         try:
-            code = super().main(args, prog_name, complete_var, standalone_mode=False, **extra)
-            sys.stdout.flush()
+            with interruptible():
+                code = super().main(args, prog_name, complete_var, standalone_mode=False, **extra)
+                sys.stdout.flush()
         except (InputError, NotSupportedError) as error:
             return _fail(ExitCode.INVALID, str(error))
         except click.ClickException as error:
@@ -136,7 +170,10 @@ class CommandLine(click.Group):
                 traceback.print_exc()
             text = " ".join(f"{type(error).__name__}: {error}".split())
             return _fail(ExitCode.INTERNAL_ERROR, f"internal error: {text}")
-        return code if isinstance(code, int) else ExitCode.COMPLETE
+        if not isinstance(code, int) or code == ExitCode.COMPLETE:
+            return ExitCode.COMPLETE
+        found = ExitCode(code)
+        return _fail(found, code.line if isinstance(code, Ending) else found.meaning)
 
 
 def _discard_output() -> None:

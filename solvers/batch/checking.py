@@ -10,6 +10,7 @@ from concurrent.futures import ProcessPoolExecutor
 from functools import partial
 from pathlib import Path
 
+from certificates.verdicts import Conclusion
 from solvers.answers.result import Result
 from solvers.batch.campaign import result_of, robot_of
 from solvers.batch.ledger import CheckRow, Ledger
@@ -51,7 +52,7 @@ def check_batch(
                 ledger.record_checks(rows)
                 rows, recorded_at = [], now
                 rate = done / max(now - begun, 1e-9)
-                bad = sum(verdicts[verdict] for verdict in REFUSED)
+                bad = sum(verdicts[conclusion] for conclusion in REFUSED)
                 report(BatchProgress(done, len(numbers), rate, (len(numbers) - done) / rate, bad))
     finally:
         pool.shutdown(cancel_futures=True)
@@ -65,7 +66,7 @@ def check_job(folder: Path, time_limit: float | None, number: int) -> CheckRow:
         assert content is not None
         job = ledger.job(number)
         if job is None or job.answer is None:
-            return CheckRow(number, "NOT PROVED", "the job has no answer")
+            return CheckRow(number, Conclusion.NOT_PROVED.value, "the job has no answer")
         robot, result = robot_of(ledger, number), Result.from_json(result_of(ledger, number))
     proof = proof_of(robot, result, content, time_limit)
-    return CheckRow(number, proof.name, proof.message)
+    return CheckRow(number, proof.conclusion.value, proof.message)

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import Any, TextIO
 
+from solvers.batch.headline import headline
+
 WIDTH = 12
 
 
@@ -11,7 +13,7 @@ def print_summary(document: dict[str, Any], stream: TextIO) -> None:
     """Print what a ``cdpr-batch-summary/1`` document says."""
     total = sum(document["jobs"].values())
     counts = ", ".join(f"{count} {name}" for name, count in document["jobs"].items() if count)
-    print(f"{total} jobs: {counts}; {document['jobs_with_undecided']} with something undecided", file=stream)
+    print(f"{total} jobs: {counts}; {headline(document)}", file=stream)
     for group in document["groups"]:
         _print_group(group, stream)
 

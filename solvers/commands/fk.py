@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from cdpr_interval.files.literal import printable
 from solvers.commands.external_force import LABEL, external_force_option, read_external_force
 from solvers.commands.interrupt import Signals, interruptible
 from solvers.commands.numbers import read_count, read_float
@@ -17,6 +18,8 @@ from solvers.questions.errors import InputErrors
 if TYPE_CHECKING:
     from cdpr_interval.robots.cable_robot import Robot
     from solvers.answers.result import Result
+    from solvers.cli import Ending
+    from solvers.proofs.claimed import Claimed
     from solvers.questions.problem import Options, Problem
 
 WITHOUT_TENSIONS = ("lengths", "problem", "certificate", "ignore_slack", "ignore_tension_sign")
@@ -51,8 +54,8 @@ def command(robot: str, **given: Any) -> int:
     """Find and prove every static pose of ROBOT for the given cable lengths.
 
     A length may be a number, 2.69+-0.01, 2.68..2.70 or [2.68,2.70]; lengths of elastic cables are
-    unstretched. Exit code 0: all poses found; 3: something is left undecided; 4: proved that there
-    is none.
+    unstretched. Exit code 0: all poses found; 3: something is left undecided, or the certificate
+    leaves something open; 4: proved that there is none.
     """
     target = None if given["json_file"] is None else JsonTarget(given["json_file"])
     if given["tensions"] is not None:
@@ -68,26 +71,38 @@ def command(robot: str, **given: Any) -> int:
         finally:
             # Even when the disk is full, what was computed is shown.
             _show(result, table=not given["quiet"] and (target is None or not target.is_stdout))
+        ending = _ending(result)
         if certificate is not None:
-            _certify(problem, options, result, certificate, signals)
+            claim = _certify(problem, options, result, certificate, signals, given["quiet"])
+            ending = _with_claim(ending, claim, options, given["certificate"], given["quiet"])
     if given["verbose"]:
         _log(result)
-    return _exit_code(result, options)
+    return ending
 
 
 def _certify(
-    problem: Problem, options: Options, result: Result, certificate: JsonTarget, signals: Signals
-) -> None:
+    problem: Problem,
+    options: Options,
+    result: Result,
+    certificate: JsonTarget,
+    signals: Signals,
+    quiet: bool,
+) -> Claimed:
     """Write the certificate with what is left of the run's budget; interrupts end it as they do a search."""
-    from solvers.proofs.document import certificate_bytes
+    from dataclasses import replace
+
+    from solvers.commands.progress import shown
+    from solvers.proofs.document import certificate_of
 
     # What was found can be read while the certificate is made.
     sys.stdout.flush()
     if signals.release() and options.record is not None:
         options.record.budget.interrupt()
-    content = certificate_bytes(problem, options, result)
+    with shown("certificate", quiet) as display:
+        content, claim = certificate_of(problem, replace(options, progress=display), result)
     signals.hold()
     certificate.write_bytes(content)
+    return claim
 
 
 def _of_tensions(source: str, given: dict[str, Any], target: JsonTarget | None) -> int:
@@ -112,7 +127,7 @@ def _of_tensions(source: str, given: dict[str, Any], target: JsonTarget | None) 
     if target is not None:
         target.write(result.to_json())
     _show(result, table=not given["quiet"] and (target is None or not target.is_stdout))
-    return _exit_code(result)
+    return _ending(result)
 
 
 def _read(
@@ -194,12 +209,10 @@ def _option_name(parameter: str) -> str:
 def _solve(problem: Problem, options: Options, quiet: bool) -> Result:
     from dataclasses import replace
 
-    from solvers.commands.progress import ProgressDisplay
+    from solvers.commands.progress import shown
     from solvers.forward import answer_question
 
-    if quiet:
-        return answer_question(problem, options)
-    with ProgressDisplay(sys.stderr) as display:
+    with shown("search", quiet) as display:
         return answer_question(problem, replace(options, progress=display))
 
 
@@ -208,8 +221,6 @@ def _show(result: Result, table: bool) -> None:
 
     if table:
         print_result(result, sys.stdout)
-    elif not result.solutions:
-        click.echo(result.message, err=True)
 
 
 def _log(result: Result) -> None:
@@ -221,13 +232,33 @@ def _log(result: Result) -> None:
     click.echo(f"{cost.cells} cells, {cost.time:.3f} s, {cost.threads} threads", err=True)
 
 
-def _exit_code(result: Result, options: Options | None = None) -> int:
+def _ending(result: Result) -> Ending:
+    """Return the exit code of an answer, and the line about it."""
     from solvers.answers.data import Outcome, StopReason
-    from solvers.cli import ExitCode
+    from solvers.cli import Ending, ExitCode
 
-    record = None if options is None else options.record
-    if result.stop_reason is StopReason.INTERRUPTED or (record is not None and record.is_interrupted):
-        return ExitCode.INTERRUPTED
+    if result.stop_reason is StopReason.INTERRUPTED:
+        return Ending(ExitCode.INTERRUPTED, result.message)
     if result.outcome is Outcome.INCOMPLETE:
-        return ExitCode.INCOMPLETE
-    return ExitCode.COMPLETE if result.solutions else ExitCode.NO_POSE
+        return Ending(ExitCode.INCOMPLETE, result.message)
+    return Ending(ExitCode.COMPLETE if result.solutions else ExitCode.NO_POSE, result.message)
+
+
+def _with_claim(ending: Ending, claim: Claimed, options: Options, file: str, quiet: bool) -> Ending:
+    """Return how a run ends whose certificate is written: it is complete only when that is, too."""
+    from solvers.cli import Ending, ExitCode
+
+    line = f"{printable(file)}: {'complete' if claim.is_complete else 'partial'}: {claim.message}"
+    if options.record is not None and options.record.is_interrupted:
+        code = ExitCode.INTERRUPTED
+    elif claim.is_complete or ending == ExitCode.INCOMPLETE:
+        code = ExitCode(ending)
+    else:
+        code = ExitCode.INCOMPLETE
+    if code == ending:
+        # Two lines: the answer is one thing, its certificate another.
+        if code or not quiet:
+            click.echo(line, err=True)
+        return ending
+    interrupted = "interrupted; " if code == ExitCode.INTERRUPTED else ""
+    return Ending(code, interrupted + line)

@@ -14,6 +14,7 @@ from solvers.questions.errors import InputErrors
 
 if TYPE_CHECKING:
     from solvers.answers.inverse import IkResult
+    from solvers.cli import Ending
 
 
 @click.command("ik", short_help="Distances, lengths and tensions for a pose.")
@@ -28,7 +29,7 @@ if TYPE_CHECKING:
 )
 @external_force_option
 @click.option("--settle", is_flag=True, help="First move to the nearest static pose of the taut cables.")
-@click.option("--static", is_flag=True, help="Exit with 4 when the pose is not an equilibrium.")
+@click.option("--static", is_flag=True, help="Exit with 6 when the pose is not an equilibrium.")
 @click.option(
     "--wrench-tolerance",
     metavar="X",
@@ -43,19 +44,16 @@ def command(robot: str, **given: Any) -> int:
     """Return distances, cable lengths and tensions of ROBOT at a pose.
 
     The orientation is R = Rz(yaw) Ry(pitch) Rx(roll), or a quaternion. The lengths are printed with
-    every digit, ready for --lengths of fk. Exit code 4: tensions are needed (elastic cables or
+    every digit, ready for --lengths of fk. Exit code 6: tensions are needed (elastic cables or
     --static) and the pose is not an equilibrium; 3: --settle found no static pose.
     """
     target = None if given["json_file"] is None else JsonTarget(given["json_file"])
     result = _solve(robot, given, target)
     if target is not None:
         target.write(result.to_json())
-    code = _exit_code(result)
     if not given["quiet"] and (target is None or not target.is_stdout):
         _print(result)
-    elif code:
-        click.echo(result.message, err=True)
-    return code
+    return _ending(result)
 
 
 def _solve(source: str, given: dict[str, Any], target: JsonTarget | None) -> IkResult:
@@ -99,14 +97,13 @@ def _option_name(parameter: str) -> str:
     return "--" + parameter.replace("_", "-")
 
 
-def _exit_code(result: IkResult) -> int:
-    from solvers.cli import ExitCode
+def _ending(result: IkResult) -> Ending:
+    from solvers.cli import Ending, ExitCode
 
-    if result.lengths is None or (result.question.static and not result.is_static):
-        return ExitCode.NO_POSE
-    if result.settling is not None and not result.settling.succeeded:
-        return ExitCode.INCOMPLETE
-    return ExitCode.COMPLETE
+    found = result.lengths is not None and (result.is_static or not result.question.static)
+    settled = result.settling is None or result.settling.succeeded
+    code = ExitCode.NONE_FOUND if not found else ExitCode.COMPLETE if settled else ExitCode.INCOMPLETE
+    return Ending(code, result.message)
 
 
 def _print(result: IkResult) -> None:

@@ -16,7 +16,7 @@ from solvers.answers.result import Result
 from solvers.answers.table import table
 from solvers.answers.tool import this_tool
 from solvers.batch.ledger import Ledger, Recorded
-from solvers.batch.progress_line import duration
+from solvers.batch.duration import duration
 from solvers.batch.tables import job_rows
 from solvers.batch.work import Status
 from solvers.proofs.check import REFUSED, Proof

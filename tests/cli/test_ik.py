@@ -35,18 +35,18 @@ def test_json_alone_and_in_a_file(tmp_path):
     assert quiet.stdout == "" and (tmp_path / "r.json").read_text() == alone.stdout
 
 
-def test_static_is_exit_4_off_balance(tmp_path):
+def test_static_is_exit_6_off_balance(tmp_path):
     target = tmp_path / "r.json"
     assert run("uc3", "--pose", "5,3,-6").exit_code == 0
     result = run("uc3", "--pose", "5,3,-6", "--static", "--json", target)
-    assert result.exit_code == 4 and "not static" in result.stdout and target.is_file()
+    assert result.exit_code == 6 and "not static" in result.stdout and target.is_file()
     settled = run("uc3", "--pose", "5,3,-6", "--static", "--settle")
     assert settled.exit_code == 0 and "moved by" in settled.stdout
 
 
 def test_elastic_cables_need_a_static_pose():
     result = run("merlet_4_1_k100", "--pose", "1,1.5,2", "--json", "-")
-    assert result.exit_code == 4 and json.loads(result.stdout)["lengths_m"] is None
+    assert result.exit_code == 6 and json.loads(result.stdout)["lengths_m"] is None
     assert result.stderr.startswith("the pose is not static")
     assert run("merlet_4_1_k100", "--pose", "1,1.5,-2").exit_code == 0
 
