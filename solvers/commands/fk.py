@@ -249,16 +249,14 @@ def _with_claim(ending: Ending, claim: Claimed, options: Options, file: str, qui
     from solvers.cli import Ending, ExitCode
 
     line = f"{printable(file)}: {'complete' if claim.is_complete else 'partial'}: {claim.message}"
+    code = answered = ExitCode(ending)
     if options.record is not None and options.record.is_interrupted:
-        code = ExitCode.INTERRUPTED
-    elif claim.is_complete or ending == ExitCode.INCOMPLETE:
-        code = ExitCode(ending)
-    else:
+        code, line = ExitCode.INTERRUPTED, f"interrupted; {line}"
+    elif not claim.is_complete:
         code = ExitCode.INCOMPLETE
-    if code == ending:
-        # Two lines: the answer is one thing, its certificate another.
-        if code or not quiet:
-            click.echo(line, err=True)
-        return ending
-    interrupted = "interrupted; " if code == ExitCode.INTERRUPTED else ""
-    return Ending(code, interrupted + line)
+    if code != answered:
+        return Ending(code, line)
+    if code or not quiet:
+        # The answer is one thing, its certificate another: two lines.
+        click.echo(line, err=True)
+    return ending

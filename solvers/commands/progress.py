@@ -101,8 +101,11 @@ class ProgressDisplay:
     def stage(self, task: str, detail: str = "") -> None:
         """Say what is done next; how long it takes is not known."""
         with self._lock:
-            self._task = task
-            self._show(0.0, None, detail)
+            self._task, self._done, self._total, self._detail = task, 0.0, None, detail
+            if self._bar is not None:
+                # A task of a bar cannot forget its length.
+                self._bar.remove_task(self._bar.task_ids[0])
+                self._bar.add_task(**self._state())
 
     def _show(self, done: float, total: float | None, detail: str) -> None:
         with self._lock:
@@ -112,7 +115,7 @@ class ProgressDisplay:
         if self._logs and time.monotonic() - self._logged > SECONDS_BETWEEN:
             self._logged = time.monotonic()
             left = (time.monotonic() - self._start) * ((total or 0.0) - done) / max(done, 1e-9)
-            self._stream.write(", ".join([*_rest(done, total, left), detail]) + "\n")
+            self._stream.write(f"{self._task}: {', '.join([*_rest(done, total, left), detail])}\n")
             self._stream.flush()
 
     def _state(self) -> dict[str, Any]:
@@ -125,7 +128,7 @@ class ProgressDisplay:
         with self._lock:
             if not self._is_over:
                 self._bar = bar
-                bar.add_task(**{"start": True, **self._state()})
+                bar.add_task(**self._state())
                 bar.start()
 
     def _announce_compilation(self) -> None:

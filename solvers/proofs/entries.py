@@ -57,7 +57,7 @@ def subset_entries(problem: Problem, options: Options, result: Result) -> list[J
                 for recorder in started:
                     recorder.claim_roots(allowance, account)
             found.append((taut, started))
-        entries = []
+        entries: list[Json] = []
         for taut, started in found:
             with allowance.spending():
                 account.subset(len(entries))
