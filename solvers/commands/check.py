@@ -6,6 +6,11 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from solvers.commands.external_force import external_force_option
+from solvers.commands.threads import read_threads, threads_option
+from solvers.shell.completion import files, robots
+from solvers.shell.examples import examples
+
 if TYPE_CHECKING:
     from cdpr_interval.robots.cable_robot import Robot
     from certificates.verdicts import Report
@@ -16,11 +21,20 @@ QUESTION = ("lengths", "external_force", "taut", "ignore_slack", "ignore_tension
 """Options that are about a robot."""
 
 
-@click.command("check", short_help="Check a certificate, without the solvers.")
-@click.argument("file")
-@click.option("--robot", metavar="ROBOT", help="The certificate must be about this robot.")
+@click.command(
+    "check",
+    short_help="Check a certificate, without the solvers.",
+    epilog=examples(
+        "fk uc2 --lengths 7.5,8 --certificate uc2.cert",
+        "check uc2.cert --robot uc2 --lengths 7.5,8",
+    ),
+)
+@click.argument("file", shell_complete=files)
+@click.option(
+    "--robot", metavar="ROBOT", shell_complete=robots, help="The certificate must be about this robot."
+)
 @click.option("--lengths", metavar="L1,L2,...", help="And about these lengths, as `fk` reads them.")
-@click.option("--external-force", metavar="X,Y,Z", help="And about this force in N.  [default: none]")
+@external_force_option
 @click.option("--taut", metavar="C1,C2,...", help="And about this subset.  [default: the verdict names it]")
 @click.option("--ignore-slack", is_flag=True, help="And about this question, as of `fk`.")
 @click.option("--ignore-tension-sign", is_flag=True, help="And about this question, as of `fk`.")
@@ -28,7 +42,7 @@ QUESTION = ("lengths", "external_force", "taut", "ignore_slack", "ignore_tension
     "--sample", type=click.IntRange(min=1), metavar="N", help="Check so many cells, chosen at random."
 )
 @click.option("--seed", type=int, metavar="S", help="Draw the sample that another check has printed.")
-@click.option("--threads", type=click.IntRange(min=1), default=1, metavar="N", help="Number of processes.")
+@threads_option
 @click.option(
     "--time-limit",
     type=click.FloatRange(min=0.0, min_open=True),
@@ -78,7 +92,7 @@ def _check(content: str | bytes, limit: int, given: dict[str, Any]) -> Report:
             content,
             sample=given["sample"],
             seed=given["seed"],
-            threads=given["threads"],
+            threads=read_threads(given),
             time_limit=given["time_limit"],
             size_limit=limit,
             progress=None if display is None else display.cells,

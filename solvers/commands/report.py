@@ -7,17 +7,39 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from solvers.shell.completion import files, robots
+from solvers.shell.examples import examples
+
 if TYPE_CHECKING:
     from solvers.commands.progress import ProgressDisplay
     from solvers.report.source import ResultSource
 
 
-@click.command("report", short_help="A result or a batch as one HTML file people look at.")
-@click.argument("source", metavar="RESULT|DIR")
-@click.option("--out", required=True, metavar="FILE", help="The HTML file; it needs nothing else.")
+@click.command(
+    "report",
+    short_help="A result or a batch as one HTML file people look at.",
+    epilog=examples(
+        "fk uc2 --lengths 7.5,8 --json uc2.json",
+        "report uc2.json --out uc2.html",
+    ),
+)
+@click.argument("source", metavar="RESULT|DIR", shell_complete=files)
+@click.option(
+    "--out", required=True, metavar="FILE", shell_complete=files, help="The HTML file; it needs nothing else."
+)
 @click.option("--figures", metavar="DIR", help="Write the figures as PNG and SVG too.")
-@click.option("--robot", metavar="FILE", help="The robot of RESULT.  [default: the shipped one it names]")
-@click.option("--certificate", metavar="FILE", help="Check this certificate of RESULT and say what came out.")
+@click.option(
+    "--robot",
+    metavar="FILE",
+    shell_complete=robots,
+    help="The robot of RESULT.  [default: the shipped one it names]",
+)
+@click.option(
+    "--certificate",
+    metavar="FILE",
+    shell_complete=files,
+    help="Check this certificate of RESULT and say what came out.",
+)
 @click.option("--job", type=click.IntRange(min=1), metavar="N", help="Only this job of the batch in DIR.")
 @click.option(
     "--time-limit",

@@ -4,6 +4,7 @@ import doctest
 import math
 import os
 import re
+import shlex
 import subprocess
 import sys
 from pathlib import Path
@@ -14,7 +15,10 @@ from scripts import architecture_table
 
 ROOT = Path(__file__).parents[3]
 PAGES = sorted([*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md")])
-EXAMPLES = [ROOT / "README.md", *(ROOT / "docs" / page for page in ("adding-a-robot.md", "winches.md"))]
+EXAMPLES = [
+    ROOT / "README.md",
+    *(ROOT / "docs" / page for page in ("adding-a-robot.md", "command-line.md", "winches.md")),
+]
 PACKAGES = ("cdpr_interval", "solvers", "certificates")
 
 
@@ -74,7 +78,7 @@ def test_commands_print_what_the_page_shows(page: Path, line: str, shown: str, t
     for number, robot in enumerate(blocks(page, "yaml")):
         assert number == 0
         (tmp_path / "gantry.yaml").write_text(robot, encoding="utf-8")
-    program, *arguments = line.split()
+    program, *arguments = shlex.split(line)
     assert program == "cdpr-solve"
     done = subprocess.run(
         [sys.executable, "-m", "solvers", *arguments],
@@ -95,7 +99,8 @@ def same(printed: str, shown: str) -> bool:
 
 def close(x: str, y: str) -> bool:
     try:
-        return math.isclose(float(x), float(y), rel_tol=1e-5, abs_tol=1e-5)
+        a, b = (float(word.strip("()[]").removesuffix("deg")) for word in (x, y))
+        return math.isclose(a, b, rel_tol=1e-5, abs_tol=1e-5)
     except ValueError:
         return False
 
@@ -104,6 +109,8 @@ def test_the_comparison_sees_what_it_must():
     assert same("1  c1,c2  -7.869615\n", "1  c1,c2   -7.869614")
     assert not same("1  c1,c2  -7.869615\n", "1  c1,c3  -7.869615")
     assert not same("-7.869615", "-7.8697")
+    assert same("(0.5, 19.4590deg)", "(0.500001, 19.4590000001deg)")
+    assert not same("(0.5, 19.459deg)", "(0.5, 19.46deg)")
     assert not same("8 static poses", "8 static")
 
 
