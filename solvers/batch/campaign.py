@@ -12,14 +12,12 @@ from pathlib import Path
 from typing import Any
 
 from cdpr_interval.errors import InputError
-from cdpr_interval.files.document import parse_document
 from cdpr_interval.files.literal import printable
-from cdpr_interval.files.validation import Models
 from cdpr_interval.robots.cable_robot import Robot
 from solvers.answers.tool import this_tool
-from solvers.batch import job_schema, tables
+from solvers.batch import tables
 from solvers.batch.executor import Executor
-from solvers.batch.job_file import Batch, Outputs, outputs_of
+from solvers.batch.job_file import Batch, Outputs, block_of, outputs_of
 from solvers.batch.ledger import Ledger
 from solvers.batch.ledger_file import FILE
 from solvers.batch.run import BatchProgress, BatchRun
@@ -32,7 +30,6 @@ ESTIMATE_SECONDS_A_JOB = 2.0
 """After which one of them is given up."""
 ESTIMATE_JOBS = 3
 """Tried of each problem and robot."""
-JOB_FILE = "jobs.yaml"
 STOPPED = '"stop_reason":"time_limit"'
 """In the text of an answer."""
 
@@ -117,12 +114,12 @@ def write_tables(ledger: Ledger) -> dict[str, Any]:
     return document
 
 
-def summary_of(ledger: Ledger) -> dict[str, Any]:
-    """Return the summary of what a ledger has now."""
+def counted(ledger: Ledger) -> Summary:
+    """Return the summary with the numbers it is made of."""
     names, cables, found = _robot_names(ledger), tables.cable_names(ledger), Summary(ledger)
     for job in ledger.recorded():
         found.add(job, list(tables.job_rows(job, names[job.robot], cables[job.robot])))
-    return found.to_json()
+    return found
 
 
 def _robot_names(ledger: Ledger) -> dict[str, str]:
@@ -131,9 +128,7 @@ def _robot_names(ledger: Ledger) -> dict[str, str]:
 
 def _outputs(ledger: Ledger) -> Outputs:
     """Return the outputs of the job file that the ledger keeps."""
-    document = parse_document(ledger.fact("job_file"), JOB_FILE)
-    models = Models(job_schema.BatchBlock, job_schema.BLOCKS, job_schema.TAGS)
-    return outputs_of(models.validated(document).outputs)
+    return outputs_of(block_of(ledger.fact("job_file")).outputs)
 
 
 def robot_of(ledger: Ledger, number: int) -> Robot:

@@ -141,6 +141,12 @@ def _settings(block: job_schema.OptionsBlock | None) -> Settings:
     return Settings(**given)
 
 
+def block_of(text: str) -> job_schema.BatchBlock:
+    """Return what a job file says that was read before, as a ledger keeps it."""
+    models = Models(job_schema.BatchBlock, job_schema.BLOCKS, job_schema.TAGS)
+    return models.validated(parse_document(text, "jobs.yaml"))
+
+
 def outputs_of(block: job_schema.OutputsBlock | None) -> Outputs:
     """Return which tables a job file asks for."""
     given = {} if block is None else block.model_dump(exclude_none=True)

@@ -24,8 +24,9 @@ JOB_COLUMNS = {
     "undecided": int,
 }  # fmt: skip
 SOLUTION_COLUMNS = {
-    "solution": int, "taut": str, "stability": str, "proof": str, "x_m": float, "y_m": float, "z_m": float,
-    "roll_deg": float, "pitch_deg": float, "yaw_deg": float, "height_m": float, "width_m": float,
+    "solution": int, "branch": int, "taut": str, "stability": str, "proof": str,
+    "x_m": float, "y_m": float, "z_m": float, "roll_deg": float, "pitch_deg": float, "yaw_deg": float,
+    "height_m": float, "width_m": float,
 }  # fmt: skip
 NO_TURN = (0.0, 0.0, 0.0)
 MOST_ROWS = 50_000
@@ -45,7 +46,7 @@ def columns(ledger: Ledger) -> dict[str, type]:
 
 
 def job_rows(job: Recorded, robot: str, cables: Sequence[str]) -> Iterator[Row]:
-    """Yield the rows of one job: one for each solution, or one when it has none.
+    """Yield the rows of one job: one for each solution, or one when it has none; a summary adds the branch.
 
     Numbers are in the middle of their certified bounds; ``width_m`` is the largest width of the position.
     """

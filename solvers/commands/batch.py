@@ -135,23 +135,32 @@ def resume(folder: str, retry_failed: bool, **given: Any) -> int:
 @click.option("--json", "as_json", is_flag=True, help="Print JSON.")
 def status(folder: str, as_json: bool) -> int:
     """Show how far a batch is, also while it runs."""
-    from solvers.batch.ledger import Ledger
     from solvers.batch.duration import duration
+    from solvers.batch.job_file import block_of
+    from solvers.batch.ledger import Ledger
     from solvers.batch.work import Status
 
     with Ledger.peek(Path(folder)) as ledger:
         counts, everything = ledger.counts(), ledger.counts(with_parts=True)
         ended, seconds = ledger.seconds()
         facts = {key: ledger.fact(key) for key in ("version", "created")}
+        name = block_of(ledger.fact("job_file")).name
         bad = list(ledger.recorded((Status.FAILED, Status.CRASHED)))
         undecided = ledger.incomplete()
     total = sum(counts.values())
     if as_json:
         jobs = {name.value: count for name, count in counts.items()}
-        document = {**facts, "jobs": jobs, "jobs_with_undecided": len(undecided), "seconds": seconds}
+        document = {
+            "name": name,
+            **facts,
+            "jobs": jobs,
+            "jobs_with_undecided": len(undecided),
+            "seconds": seconds,
+        }
         click.echo(json.dumps(document))
         return 0
-    click.echo(f"{total - counts[Status.PENDING]} of {total} jobs ended, begun {facts['created']}")
+    named = f"{name}: " if name else ""
+    click.echo(f"{named}{total - counts[Status.PENDING]} of {total} jobs ended, begun {facts['created']}")
     click.echo(", ".join(f"{count} {name.value}" for name, count in counts.items() if count))
     parts = sum(everything.values()) - total
     if parts:

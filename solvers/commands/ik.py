@@ -79,10 +79,11 @@ def command(robot: str, **given: Any) -> int:
         target.write(result.to_json())
     if not given["quiet"] and (target is None or not target.is_stdout):
         _print(result)
-    if result.settling is not None and result.settling.angle > LARGE_TURN:
+    ending = _ending(result)
+    if not ending and result.settling is not None and result.settling.angle > LARGE_TURN:
         turn = f"{degrees(result.settling.angle):.1f} deg"
         click.echo(f"warning: --settle turned the platform by {turn}", err=True)
-    return _ending(result)
+    return ending
 
 
 def _solve(source: str, given: dict[str, Any], target: JsonTarget | None) -> IkResult:

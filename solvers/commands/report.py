@@ -27,7 +27,9 @@ if TYPE_CHECKING:
 @click.option(
     "--out", required=True, metavar="FILE", shell_complete=files, help="The HTML file; it needs nothing else."
 )
-@click.option("--figures", metavar="DIR", help="Write the figures as PNG and SVG too.")
+@click.option(
+    "--figures", metavar="DIR|X.pdf", help="Write the figures too: as PNG and SVG, or as pages of a PDF."
+)
 @click.option(
     "--robot",
     metavar="FILE",
@@ -88,10 +90,10 @@ def _source(path: Path, given: dict[str, Any], display: ProgressDisplay | None) 
     """Return the result that is drawn, its certificate checked."""
     from cdpr_interval.errors import InputError
     from solvers.batch.ledger_file import LedgerError
-    from solvers.report.plots import require_plotly
+    from solvers.report.page import require_libraries
     from solvers.report.source import read_result, result_in_batch
 
-    require_plotly()
+    require_libraries()
     told = None if display is None else display.cells
     limit = given["time_limit"]
     if given["job"] is None:
@@ -114,19 +116,20 @@ def _result(source: ResultSource, folder: Path | None) -> str:
 
 def _batch(path: Path, folder: Path | None) -> str:
     from cdpr_interval.errors import InputError
-    from solvers.batch.campaign import summary_of
+    from solvers.batch.campaign import counted
     from solvers.batch.ledger import Ledger
     from solvers.batch.ledger_file import LedgerError
-    from solvers.report.page import batch_page, quantities
-    from solvers.report.plots import require_plotly
+    from solvers.report.batch_page import batch_page
+    from solvers.report.page import require_libraries
 
-    require_plotly()
+    require_libraries()
     try:
         with Ledger.peek(path) as ledger:
+            summary = counted(ledger)
             if folder is not None:
                 from solvers.report.figures import batch_figures
 
-                batch_figures(quantities(ledger)[0], folder)
-            return batch_page(ledger, summary_of(ledger))
+                batch_figures(ledger, summary, folder)
+            return batch_page(ledger, summary)
     except LedgerError as error:
         raise InputError(str(error)) from None

@@ -98,7 +98,7 @@ def test_message_of_an_open_answer(monkeypatch):
     result = forward_kinematics(hanging_mass.robot(), [2, 5])
     assert result.outcome is Outcome.INCOMPLETE
     assert result.message == (
-        "stopped at the time limit: 1 static pose proved, 1 with an undecided cable,"
+        "stopped at the time limit: 1 static pose proved, with an undecided cable; besides,"
         " 1 region undecided, 12 cells not looked at"
     )
 
