@@ -130,8 +130,9 @@ def chunks(certificate: Certificate, cells: Sequence[int], chosen: Sequence[int]
 def summary(certificate: Certificate, pending: int, undecided: int) -> tuple[str, bool]:
     """Return what the certificate claims, and whether it leaves nothing open.
 
-    ``pending`` and ``undecided`` count the subsets and cells of which it claims nothing. Poses are counted only where every cable of all of them is decided: an entry with an undecided cable
-    may stand for several poses of several subsets, or for none at some lengths.
+    ``pending`` and ``undecided`` count the subsets and cells of which it claims nothing. Poses are counted
+    only where every cable of all of them is decided: an entry with an undecided cable may stand for several
+    poses of several subsets, or for none at some lengths.
     """
     problem, solutions = certificate.problem, certificate.solutions
     open_entries = sum(not is_decided(s) for s in solutions)

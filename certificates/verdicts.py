@@ -26,7 +26,7 @@ class Verdict(StrEnum):
 
 
 class Conclusion(StrEnum):
-    """A verdict as it is printed, with an exit code: PROVED is one thing, PROVED with something left open another."""
+    """A verdict as it is printed, with an exit code; PROVED with something left open is its own thing."""
 
     PROVED = "PROVED"
     PARTIAL = "PROVED (partial)"

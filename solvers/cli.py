@@ -96,12 +96,18 @@ class OutputClosed(Exception):
     """The reader of the output has gone. No OSError: click ends the process with code 1 for those."""
 
 
+class Interrupted(Exception):
+    """Ctrl-C or SIGTERM. No KeyboardInterrupt: click writes an empty line for those."""
+
+
 @contextmanager
-def _closed_pipe_noticed() -> Iterator[None]:
+def _own_exceptions() -> Iterator[None]:
     try:
         yield
     except BrokenPipeError as error:
         raise OutputClosed from error
+    except KeyboardInterrupt:
+        raise Interrupted from None
 
 
 class CommandLine(click.Group):
@@ -142,12 +148,12 @@ class CommandLine(click.Group):
         self, info_name: str | None, args: list[str], parent: click.Context | None = None, **extra: Any
     ) -> click.Context:
         """Read the arguments; this is where help and version are printed."""
-        with _closed_pipe_noticed():
+        with _own_exceptions():
             return super().make_context(info_name, args, parent, **extra)
 
     def invoke(self, ctx: click.Context) -> Any:
         """Run the command that was asked for."""
-        with _closed_pipe_noticed():
+        with _own_exceptions():
             return super().invoke(ctx)
 
     def main(
@@ -180,7 +186,7 @@ class CommandLine(click.Group):
             return _fail(ExitCode.INVALID, str(error))
         except click.ClickException as error:
             return _fail(ExitCode.INVALID, _one_line(error))
-        except (click.Abort, KeyboardInterrupt):
+        except (click.Abort, KeyboardInterrupt, Interrupted):
             return _fail(ExitCode.INTERRUPTED, "interrupted")
         except (BrokenPipeError, OutputClosed):
             raise

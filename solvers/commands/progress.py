@@ -1,4 +1,4 @@
-"""How far a command is: a bar with the time left, on a terminal or in a notebook; elsewhere a line now and then."""
+"""How far a command is: a bar with the time left, on a terminal or in a notebook; in a log lines."""
 
 from __future__ import annotations
 
