@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import multiprocessing
+import signal
 import time
 from collections import Counter
 from collections.abc import Callable
@@ -42,7 +43,8 @@ def check_batch(
     verdicts: Counter[str] = Counter()
     rows: list[CheckRow] = []
     begun = recorded_at = time.monotonic()
-    pool = ProcessPoolExecutor(processes, multiprocessing.get_context("spawn"))
+    others = set(multiprocessing.active_children())
+    pool = ProcessPoolExecutor(processes, multiprocessing.get_context("spawn"), initializer=_leave_interrupts)
     try:
         for row in pool.map(partial(check_job, ledger.folder, time_limit), numbers):
             rows.append(row)
@@ -54,9 +56,19 @@ def check_batch(
                 rate = done / max(now - begun, 1e-9)
                 bad = sum(verdicts[conclusion] for conclusion in REFUSED)
                 report(BatchProgress(done, len(numbers), rate, (len(numbers) - done) / rate, bad))
+    except KeyboardInterrupt:
+        ledger.record_checks(rows)
+        for process in set(multiprocessing.active_children()) - others:
+            process.terminate()
+        raise
     finally:
         pool.shutdown(cancel_futures=True)
     return verdicts
+
+
+def _leave_interrupts() -> None:
+    """Let a process leave Ctrl-C to its parent, which ends it."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
 def check_job(folder: Path, time_limit: float | None, number: int) -> CheckRow:
