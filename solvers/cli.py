@@ -19,8 +19,8 @@ from typing import TYPE_CHECKING, Any, NoReturn
 import click
 
 from cdpr_interval.errors import InputError, NotSupportedError
-from solvers.commands.interrupt import interruptible
 from solvers.shell.examples import examples
+from solvers.shell.interrupt import interruptible
 
 if TYPE_CHECKING:
     from click.shell_completion import CompletionItem

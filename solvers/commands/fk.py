@@ -9,13 +9,13 @@ import click
 
 from cdpr_interval.files.literal import printable
 from solvers.commands.external_force import LABEL, external_force_option, read_external_force
-from solvers.commands.interrupt import Signals, interruptible
 from solvers.commands.numbers import read_count, read_float, warn_of_lengths
 from solvers.commands.target import JsonTarget
 from solvers.commands.threads import read_threads, threads_option
 from solvers.questions.errors import InputErrors
 from solvers.shell.completion import files, robot_argument
 from solvers.shell.examples import examples
+from solvers.shell.interrupt import Signals, interruptible
 
 if TYPE_CHECKING:
     from cdpr_interval.robots.cable_robot import Robot

@@ -59,10 +59,10 @@ def command(robot: str, **given: Any) -> int:
     from cdpr_interval.robots.formats.reader import load_robot
     from solvers.answers.json_text import dumps
     from solvers.cli import Ending, ExitCode
-    from solvers.commands.interrupt import OutOfTime, limited
     from solvers.commands.progress import shown
     from solvers.polynomial import polynomial_report
     from solvers.questions.errors import InputErrors
+    from solvers.shell.interrupt import OutOfTime, limited
 
     errors = InputErrors()
     targets = [None if given[name] is None else JsonTarget(given[name], option) for name, option in OUTPUTS]
