@@ -165,6 +165,7 @@ class Summary:
             "version": self._ledger.fact("version"),
             "jobs": {status.value: count for status, count in self._ledger.counts().items()},
             "jobs_with_undecided": sum(group.undecided for group in groups),
+            "certificates": self._ledger.claims(),
             "groups": [group.to_json() for group in groups],
         }
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any, TextIO
 
 from solvers.answers.message import counted
+from solvers.batch.headline import headline
 
 WIDTH = 12
 HEADS = ("mean", "std", "min", "p50", "max")
@@ -18,8 +19,7 @@ def print_summary(document: dict[str, Any], stream: TextIO) -> None:
     total = sum(document["jobs"].values())
     counts = ", ".join(f"{count} {name}" for name, count in document["jobs"].items() if count)
     named = f"{document['name']}: " if document["name"] else ""
-    open_jobs = document["jobs_with_undecided"]
-    print(f"{named}{counted(total, 'job')}: {counts}; {open_jobs} with something undecided", file=stream)
+    print(f"{named}{counted(total, 'job')}: {counts}; {headline(document)}", file=stream)
     for group in document["groups"]:
         _print_group(group, stream)
 

@@ -11,8 +11,8 @@ import numpy as np
 from cdpr_interval.robots.formats.reader import parse_robot
 from solvers.answers.message import counted
 from solvers.batch.branches import Branch
+from solvers.batch.duration import duration
 from solvers.batch.ledger import Ledger, Recorded
-from solvers.batch.progress_line import duration
 from solvers.batch.summary import Group, Summary, contiguous
 from solvers.batch.summary_text import branch_title, pools
 from solvers.batch.work import Status

@@ -106,8 +106,8 @@ def judge_batch(
         words = [f"{counted(failed, 'job')} failed"] if failed else []
         words += [f"{counted(refused, 'certificate')} refused"] if refused else []
         return Judgement(Kind.BAD, ", ".join(words), tuple(lines))
-    is_open = bool(set(counts) - {Status.DONE}) or undecided or unchecked or set(verdicts) - {Verdict.PROVED}
-    if is_open:
+    unsettled = set(counts) - {Status.DONE, Status.NO_POSE}
+    if unsettled or undecided or unchecked or set(verdicts) - {Verdict.PROVED}:
         return Judgement(Kind.OPEN, "Not all jobs are complete and proved", tuple(lines))
     checked = ", and proved by an independent check" if verdicts else ""
     return Judgement(Kind.GOOD, f"Every job is complete{checked}", tuple(lines))

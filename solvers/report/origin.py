@@ -6,8 +6,8 @@ from cdpr_interval.exact.decimals import exact_text
 from cdpr_interval.robots.cable_robot import Robot
 from solvers.answers.result import Result
 from solvers.answers.robot_data import LONGEST
+from solvers.batch.duration import duration
 from solvers.batch.ledger import Ledger
-from solvers.batch.progress_line import duration
 
 Row = tuple[str, str]
 

@@ -12,7 +12,6 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from numba import njit
 
 from cdpr_interval.mechanics.orientation import (
     rotation_from_quaternion,
@@ -27,7 +26,7 @@ from solvers.answers.pose_row import pose_rows
 from solvers.answers.region_row import largest_turn, reasons, region_rows
 from solvers.answers.table import MOST_REGIONS, print_result, text_of
 from solvers.commands.progress import ProgressDisplay
-from solvers.questions.problem import Options, Problem, Progress
+from solvers.questions.problem import Options, Problem
 from tests.support import hanging_mass
 from tests.support.hanging_mass import around
 
@@ -240,36 +239,6 @@ def test_colour_only_on_a_terminal(monkeypatch):
     assert "\x1b[32m" not in stream.getvalue()
 
 
-REPORT = Progress(1000, 5, 0.25, 1, 2, 4)
-
-
-def test_the_progress_line(monkeypatch):
-    monkeypatch.setenv("TERM", "xterm")
-    monkeypatch.delenv("NO_COLOR", raising=False)
-    monkeypatch.setenv("COLUMNS", "120")
-    stream = Terminal()
-    with ProgressDisplay(stream) as display:
-        display(REPORT)
-        shown = stream.getvalue()
-    assert (
-        "subset 3/4  25 % of the volume left" in shown
-        and "cells/s  1 solution" in shown
-        and "\x1b[36m" in shown
-    )
-    assert stream.getvalue().endswith("\r\x1b[K")
-    monkeypatch.setenv("NO_COLOR", "1")
-    with ProgressDisplay(stream := Terminal()) as display:
-        display(REPORT)
-    assert "\x1b[36m" not in stream.getvalue()
-
-
-def test_no_progress_line_in_a_file():
-    stream = io.StringIO()
-    with ProgressDisplay(stream) as display:
-        display(REPORT)
-    assert stream.getvalue() == ""
-
-
 COMPILING = "compiling kernels (first run only) ...\n"
 KERNEL = """\
 import sys
@@ -302,15 +271,6 @@ def test_the_user_is_told_only_when_kernels_are_really_compiled(tmp_path):
         for _ in range(2)
     ]
     assert said == [COMPILING, ""]
-
-
-def test_the_compilation_is_announced_below_the_progress_line(monkeypatch):
-    monkeypatch.setenv("TERM", "xterm")
-    stream = Terminal()
-    with ProgressDisplay(stream) as display:
-        display(REPORT)
-        njit(lambda x: x)(1)
-    assert f"\r\x1b[K{COMPILING}" in stream.getvalue()
 
 
 def test_a_log_that_nobody_reads_ends_nothing():

@@ -89,7 +89,9 @@ def test_a_job_that_kills_its_worker_is_tried_alone_and_marked(tmp_path):
     rows[23][0] = DEADLY
     batch = read_job_file(write(tmp_path, listed(rows)))
     document, reports = solve(tmp_path / "out", batch, batch_workers.deadly)
-    assert document["jobs"] == {"pending": 0, "done": 39, "no-pose": 0, "failed": 0, "crashed": 1}
+    assert document["jobs"] == {
+        "pending": 0, "done": 39, "no-pose": 0, "none-found": 0, "failed": 0, "crashed": 1
+    }  # fmt: skip
     assert reports[-1].bad == 1
     (bad,) = [job for job in jobs_of(tmp_path / "out") if job.status is Status.CRASHED]
     assert bad.item == 23 and bad.attempts >= 2 and "SIGKILL" in bad.message
@@ -227,7 +229,7 @@ def test_ledger_of_another_version(folder):
 
 def test_ledger_of_another_format(folder):
     changed(folder, "UPDATE meta SET value = 'cdpr-ledger/9' WHERE key = 'format'")
-    with pytest.raises(LedgerError, match="format cdpr-ledger/9, this version reads cdpr-ledger/1"):
+    with pytest.raises(LedgerError, match="format cdpr-ledger/9, this version reads cdpr-ledger/2"):
         Ledger.peek(folder)
 
 
