@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import warnings
 from dataclasses import replace
 from pathlib import Path
 
@@ -18,7 +19,7 @@ from solvers.questions.problem import Method, Options, Problem
 
 def write_certificate(result: Result, path: str | os.PathLike[str], time_limit: float | None = None) -> Path:
     """Solve the question of a result again with a record, and write the certificate."""
-    from solvers.proofs.document import certificate_bytes
+    from solvers.proofs.document import certificate_of
     from solvers.six_dof.record import Record
 
     problem, options = question_of(result)
@@ -29,9 +30,13 @@ def write_certificate(result: Result, path: str | os.PathLike[str], time_limit: 
     try:
         # Before a search that may take long.
         target.open("ab").close()
-        target.write_bytes(certificate_bytes(problem, options, answer_question(problem, options)))
+        content, claim = certificate_of(problem, options, answer_question(problem, options))
+        target.write_bytes(content)
     except OSError as error:
         raise InputError(f"{printable(str(target))}: cannot be written: {error.strerror}") from None
+    if not claim.is_complete:
+        # Level 3: the line that called `Result.certificate`.
+        warnings.warn(f"{target}: the certificate is partial: {claim.message}", stacklevel=3)
     return target
 
 

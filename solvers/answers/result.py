@@ -144,8 +144,12 @@ class Result(ResultData):
         path : str or PathLike
             The file; an older one is replaced.
         time_limit : float, optional
-            s for the search and the writing: a certificate that is cut short is partial, and
-            `certificates.check` says so.
+            s for the search and the writing: a certificate that is cut short is partial.
+
+        Warns
+        -----
+        UserWarning
+            The certificate is partial: it does not prove that these poses are all there are.
 
         Raises
         ------

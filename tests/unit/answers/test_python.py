@@ -224,6 +224,13 @@ def test_a_certificate_is_written_from_the_result_alone(uc2, tmp_path):
         uc2.certificate(own, time_limit=-1)
 
 
+def test_a_partial_certificate_is_warned_of(tmp_path):
+    result = forward_kinematics("uc2", ["7.5+-0.001", "8"])
+    with pytest.warns(UserWarning, match=r"c\.cert: the certificate is partial: "):
+        result.certificate(tmp_path / "c.cert", time_limit=0.05)
+    assert not certificates.check(tmp_path / "c.cert").complete
+
+
 def test_no_certificate_of_given_tensions(tmp_path):
     result = pose_from_tensions("merlet_4_1", [300, 300, 300, 300])
     assert result.provenance.lengths == ()
