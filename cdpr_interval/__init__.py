@@ -6,7 +6,7 @@ Importing this package imports nothing heavy; `load_robot` brings in what it nee
 from __future__ import annotations
 
 import os
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from cdpr_interval.errors import CdprError, InputError, NotSupportedError
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
     __version__: str
 
-__all__ = ["CdprError", "InputError", "NotSupportedError", "load_robot"]
+__all__ = ["CdprError", "InputError", "NotSupportedError", "Robot", "load_robot"]
 
 
 def load_robot(source: str | os.PathLike[str]) -> Robot:
@@ -35,16 +35,28 @@ def load_robot(source: str | os.PathLike[str]) -> Robot:
     ------
     InputError
         With one line per error, ``FILE:LINE:COLUMN: path: rule``.
+
+    Examples
+    --------
+    >>> robot = load_robot("merlet_4_1")
+    >>> robot.cable_names, robot.platform.mass
+    (('c1', 'c2', 'c3', 'c4'), Fraction(80, 1))
     """
+    if not isinstance(source, str | os.PathLike):
+        raise InputError(f"robot: must be a file or the name of a robot, got {type(source).__name__}")
     from cdpr_interval.robots.formats.reader import load_robot as load
 
     return load(source)
 
 
-def __getattr__(name: str) -> str:
-    """Return ``__version__`` from the installed package's metadata, looked up on first use."""
+def __getattr__(name: str) -> Any:
+    """Return `Robot`, or ``__version__``, looked up on first use."""
+    if name == "Robot":
+        from cdpr_interval.robots.cable_robot import Robot
+
+        return Robot
     if name != "__version__":
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    from importlib.metadata import version
+    from cdpr_interval.version import version
 
-    return version("cdpr-interval")
+    return version()

@@ -4,59 +4,16 @@ from __future__ import annotations
 
 import argparse
 import os
+import signal
 import sys
-from dataclasses import dataclass
 
 from certificates.checker import check
 from certificates.container import LIMIT
-from certificates.verdicts import Verdict
+from certificates.progress import ProgressLine
 
-EXIT_CODES = {
-    Verdict.PROVED: 0,
-    Verdict.MALFORMED: 2,
-    Verdict.SAMPLED: 3,
-    Verdict.OUT_OF_TIME: 3,
-    Verdict.NOT_PROVED: 5,
-}
-PARTIAL = 3
-"""PROVED, but something is left open."""
 MIB = 2**20
-
-
-@dataclass(frozen=True)
-class Options:
-    """How a file is to be checked; see `certificates.check`."""
-
-    sample: int | None = None
-    seed: int | None = None
-    threads: int = 1
-    time_limit: float | None = None
-    size_limit: int = LIMIT
-    quiet: bool = False
-
-
-def run(file: str | bytes, options: Options) -> int:
-    """Check a file (or its bytes), print the outcome (quiet: one line) and return the exit code."""
-    shown = sys.stderr.isatty() and not options.quiet
-
-    def progress(done: int, total: int) -> None:
-        """Rewrite the line that says how far the check is."""
-        sys.stderr.write(f"\r\x1b[K{done}/{total} cells\r")
-        sys.stderr.flush()
-
-    report = check(
-        file,
-        sample=options.sample,
-        seed=options.seed,
-        threads=options.threads,
-        time_limit=options.time_limit,
-        size_limit=options.size_limit,
-        progress=progress if shown else None,
-    )
-    if shown:
-        sys.stderr.write("\x1b[K")
-    print(*report.lines()[: 1 if options.quiet else None], sep="\n")
-    return PARTIAL if report.verdict is Verdict.PROVED and not report.complete else EXIT_CODES[report.verdict]
+INTERRUPTED = 130
+OUTPUT_CLOSED = 141
 
 
 def positive(text: str) -> float:
@@ -85,21 +42,32 @@ def main() -> int:
     parser.add_argument("--size-limit", type=count, default=LIMIT // MIB, metavar="MIB", help=size)
     parser.add_argument("-q", "--quiet", action="store_true", help="print the verdict only")
     given = vars(parser.parse_args())
-    return run(given.pop("file"), Options(**{**given, "size_limit": given["size_limit"] * MIB}))
+    quiet, limit = given.pop("quiet"), given.pop("size_limit") * MIB
+    line = ProgressLine(sys.stderr)
+    try:
+        report = check(given.pop("file"), **given, size_limit=limit, progress=None if quiet else line)
+    finally:
+        line.erase()
+    print(*report.lines()[: 1 if quiet else None], sep="\n", flush=True)
+    code = report.conclusion.exit_code
+    if code:
+        print(report.conclusion.remark, file=sys.stderr)
+    return code
 
 
 THREADS = "how many processes work at a time [default: all cores]"
 ABOUT = """Check a certificate. Exit code: 0 proved; 3 in part, or not all was checked; 5 not proved; 2 no
-certificate."""
+certificate; 130 interrupted."""
 
 if __name__ == "__main__":
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
     try:
         code = main()
-        sys.stdout.flush()
     except KeyboardInterrupt:
-        code = 130
+        print("interrupted", file=sys.stderr)
+        code = INTERRUPTED
     except BrokenPipeError:
         # The reader has gone (``| head``): what a shell reports then; nothing more can be written.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        code = 141
+        code = OUTPUT_CLOSED
     sys.exit(code)

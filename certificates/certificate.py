@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 from itertools import zip_longest
+from typing import Any
 
 from flint import ctx
 
@@ -26,10 +27,10 @@ Cell = tuple[int, int, Leaf]
 
 
 class Certificate:
-    """A certificate that was read, but for the proofs in it."""
+    """A certificate that was read, but for the proofs in it: the bytes of a file, or its document."""
 
-    def __init__(self, content: bytes, limit: int | None = None) -> None:
-        document = unpack(content, limit)
+    def __init__(self, content: bytes | dict[str, Any], limit: int | None = None) -> None:
+        document = unpack(content, limit) if isinstance(content, bytes) else content
         self.problem = read_problem(document)
         self.question = described(document, self.problem)
         self.solutions = read_solutions(document, self.problem)

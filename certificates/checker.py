@@ -53,6 +53,14 @@ def check(
         Most bytes of the file and of the document in it; default 64 MiB.
     progress
         Called with the numbers of cells checked and to be checked.
+
+    Examples
+    --------
+    >>> from solvers import forward_kinematics
+    >>> path = forward_kinematics("uc2", ["7.5", "8"]).certificate("uc2.cert")
+    >>> report = check(path)
+    >>> str(report.verdict), report.complete, report.solutions
+    ('PROVED', True, 8)
     """
     start = time.monotonic()
     report = Report(Verdict.NOT_PROVED, "", False, 0, 0, 0, 0, 0, 0, 0, 0.0)
@@ -105,7 +113,7 @@ def reports(
         report = replace(report, checked=report.checked + checked, parts=report.parts + parts)
         yield report
         clock.in_time()
-    text, complete = summary(certificate, report)
+    text, complete = summary(certificate, report.pending, report.undecided)
     if report.checked == report.leaves:
         yield replace(report, verdict=Verdict.PROVED, message=text, complete=complete)
     else:
@@ -127,16 +135,17 @@ def chunks(certificate: Certificate, cells: Sequence[int], chosen: Sequence[int]
             yield k, part
 
 
-def summary(certificate: Certificate, report: Report) -> tuple[str, bool]:
+def summary(certificate: Certificate, pending: int, undecided: int) -> tuple[str, bool]:
     """Return what the certificate claims, and whether it leaves nothing open.
 
-    Poses are counted only where every cable of all of them is decided: an entry with an undecided cable
-    may stand for several poses of several subsets, or for none at some lengths.
+    ``pending`` and ``undecided`` count the subsets and cells of which it claims nothing. Poses are counted
+    only where every cable of all of them is decided: an entry with an undecided cable may stand for several
+    poses of several subsets, or for none at some lengths.
     """
     problem, solutions = certificate.problem, certificate.solutions
     open_entries = sum(not is_decided(s) for s in solutions)
-    is_open = bool(report.pending or report.undecided or certificate.left_out)
-    left = f"{report.pending} pending, {report.undecided} undecided, {certificate.left_out} not certified"
+    is_open = bool(pending or undecided or certificate.left_out)
+    left = f"{pending} pending, {undecided} undecided, {certificate.left_out} not certified"
     asked = f" of {certificate.name(0)}" if problem.taut is not None else ""
     asked += " (slackness ignored)" * problem.ignore_slack + " (signs ignored)" * problem.ignore_tension_sign
     if open_entries:

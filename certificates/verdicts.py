@@ -25,6 +25,50 @@ class Verdict(StrEnum):
     OUT_OF_TIME = "OUT OF TIME"
 
 
+class Conclusion(StrEnum):
+    """A verdict as it is printed, with an exit code; PROVED with something left open is its own thing."""
+
+    PROVED = "PROVED"
+    PARTIAL = "PROVED (partial)"
+    NOT_PROVED = "NOT PROVED"
+    MALFORMED = "MALFORMED"
+    SAMPLED = "SAMPLED"
+    OUT_OF_TIME = "OUT OF TIME"
+
+    @classmethod
+    def of(cls, verdict: Verdict, complete: bool) -> Conclusion:
+        """Return the conclusion of a check."""
+        return cls.PARTIAL if verdict is Verdict.PROVED and not complete else cls(verdict.value)
+
+    @property
+    def exit_code(self) -> int:
+        """What a command that ends with it returns."""
+        return EXIT_CODES[self]
+
+    @property
+    def remark(self) -> str:
+        """One line for standard error beside an exit code that is not 0."""
+        return f"{self}: {REMARKS[self]} (exit code {self.exit_code})"
+
+
+EXIT_CODES = {
+    Conclusion.PROVED: 0,
+    Conclusion.MALFORMED: 2,
+    Conclusion.PARTIAL: 3,
+    Conclusion.SAMPLED: 3,
+    Conclusion.OUT_OF_TIME: 3,
+    Conclusion.NOT_PROVED: 5,
+}
+REMARKS = {
+    Conclusion.PROVED: "nothing is left open",
+    Conclusion.PARTIAL: "what is claimed is proved, but not that there is no other pose",
+    Conclusion.NOT_PROVED: "something that is claimed does not follow",
+    Conclusion.MALFORMED: "this is no certificate",
+    Conclusion.SAMPLED: "some cells were not checked",
+    Conclusion.OUT_OF_TIME: "not everything was checked",
+}
+
+
 @dataclass(frozen=True)
 class Report:
     """The outcome of a check."""
@@ -52,12 +96,16 @@ class Report:
     question: tuple[str, ...] = ()
     """Robot, lengths, force and subset, as the file has them."""
 
+    @property
+    def conclusion(self) -> Conclusion:
+        """The verdict, and whether it leaves something open, in one word."""
+        return Conclusion.of(self.verdict, self.complete)
+
     def lines(self) -> list[str]:
         """Return what to print, the verdict first."""
-        partial = " (partial)" if self.verdict is Verdict.PROVED and not self.complete else ""
         drawn = "" if self.seed is None else f", drawn with --seed {self.seed}"
         return [
-            f"{self.verdict}{partial}: {self.message}".encode("ascii", "backslashreplace").decode(),
+            f"{self.conclusion}: {self.message}".encode("ascii", "backslashreplace").decode(),
             *self.question,
             f"{self.solutions} entries, {self.subsets} subsets, {self.leaves} cells",
             f"{self.checked} cells checked in {self.parts} parts, {self.seconds:.2f} s{drawn}",

@@ -13,10 +13,10 @@ PACKAGES = ("cdpr_interval", "solvers", "certificates")
 
 
 def expected_files() -> set[str]:
-    """Return every file of the packages that must ship: code, markers, robots, schemas."""
+    """Return every file of the packages that must ship: code, markers, robots, schemas, templates."""
     files: set[str] = set()
     for package in PACKAGES:
-        for pattern in ("*.py", "py.typed", "*.yaml", "*.json", "*.eds"):
+        for pattern in ("*.py", "py.typed", "*.yaml", "*.json", "*.eds", "*.html"):
             files |= {path.relative_to(ROOT).as_posix() for path in (ROOT / package).rglob(pattern)}
     return files
 

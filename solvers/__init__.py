@@ -9,51 +9,98 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from solvers.answers.data import Outcome, Solution, StopReason
+    from cdpr_interval.mechanics.stability import Stability
+    from solvers.answers.data import (
+        CableState,
+        Certainty,
+        Family,
+        Nominal,
+        Outcome,
+        Proof,
+        Question,
+        Solution,
+        StopReason,
+        SubsetReport,
+        Undecided,
+    )
     from solvers.answers.inverse import IkResult
+    from solvers.answers.provenance import Provenance
     from solvers.answers.result import Result
+    from solvers.certification import write_certificate
     from solvers.forward import forward_kinematics
     from solvers.kinematics.inverse import inverse_kinematics
     from solvers.point_mass.controller import PointMass, PointMassPose, PoseStatus
     from solvers.polynomial import polynomial_report
-    from solvers.six_dof.tracked_pose import TrackedPose, TrackStatus
+    from solvers.report.written import result_figure, write_report
+    from solvers.six_dof.estimate import Estimate
+    from solvers.six_dof.tracked_pose import Region, TrackedPose, TrackStatus
     from solvers.six_dof.tracker import Tracker
     from solvers.tensions import pose_from_tensions
 
 _HOMES = {
+    "CableState": "solvers.answers.data",
+    "Certainty": "solvers.answers.data",
+    "Estimate": "solvers.six_dof.estimate",
+    "Family": "solvers.answers.data",
     "IkResult": "solvers.answers.inverse",
+    "Nominal": "solvers.answers.data",
     "Outcome": "solvers.answers.data",
     "PointMass": "solvers.point_mass.controller",
     "PointMassPose": "solvers.point_mass.controller",
     "PoseStatus": "solvers.point_mass.controller",
+    "Proof": "solvers.answers.data",
+    "Provenance": "solvers.answers.provenance",
+    "Question": "solvers.answers.data",
+    "Region": "solvers.six_dof.tracked_pose",
     "Result": "solvers.answers.result",
     "Solution": "solvers.answers.data",
+    "Stability": "cdpr_interval.mechanics.stability",
     "StopReason": "solvers.answers.data",
+    "SubsetReport": "solvers.answers.data",
     "TrackStatus": "solvers.six_dof.tracked_pose",
     "TrackedPose": "solvers.six_dof.tracked_pose",
     "Tracker": "solvers.six_dof.tracker",
+    "Undecided": "solvers.answers.data",
     "forward_kinematics": "solvers.forward",
     "inverse_kinematics": "solvers.kinematics.inverse",
     "polynomial_report": "solvers.polynomial",
     "pose_from_tensions": "solvers.tensions",
+    "result_figure": "solvers.report.written",
+    "write_certificate": "solvers.certification",
+    "write_report": "solvers.report.written",
 }
 
 __all__ = [
+    "CableState",
+    "Certainty",
+    "Estimate",
+    "Family",
     "IkResult",
+    "Nominal",
     "Outcome",
     "PointMass",
     "PointMassPose",
     "PoseStatus",
+    "Proof",
+    "Provenance",
+    "Question",
+    "Region",
     "Result",
     "Solution",
+    "Stability",
     "StopReason",
+    "SubsetReport",
     "TrackStatus",
     "TrackedPose",
     "Tracker",
+    "Undecided",
     "forward_kinematics",
     "inverse_kinematics",
     "polynomial_report",
     "pose_from_tensions",
+    "result_figure",
+    "write_certificate",
+    "write_report",
 ]
 
 

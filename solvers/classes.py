@@ -13,7 +13,8 @@ from cdpr_interval.exact.enclosure import Bounds
 from cdpr_interval.robots.cable_robot import Robot
 from solvers.answers.data import Answer, CableState, Solution
 from solvers.point_mass.robot_class import CLASS as POINT_MASS
-from solvers.questions.checked import Label, require_treated
+from solvers.questions.arguments import Label
+from solvers.questions.checked import require_treated
 from solvers.questions.problem import Options, Problem
 from solvers.six_dof.robot_class import CLASS as SIX_DOF
 

@@ -20,6 +20,7 @@ import click
 
 from cdpr_interval.errors import InputError, NotSupportedError
 from solvers.shell.examples import examples
+from solvers.shell.interrupt import interruptible
 
 if TYPE_CHECKING:
     from click.shell_completion import CompletionItem
@@ -53,24 +54,60 @@ class ExitCode(IntEnum):
     INCOMPLETE = 3
     NO_POSE = 4
     NOT_PROVED = 5
-    """A certificate's claims do not follow from what is in it."""
+    """A certificate's claims do not follow from what is in it, or jobs of a batch failed."""
     NONE_FOUND = 6
     """Inverse kinematics found no pose, which proves nothing."""
     INTERRUPTED = 130
     OUTPUT_CLOSED = 141
     """The reader of the output has gone (``| head``): what a shell reports for a process ended by SIGPIPE."""
 
+    @property
+    def meaning(self) -> str:
+        """What the code says, whatever the command; docs/exit-codes.md says it of each command."""
+        return MEANINGS[self]
+
+
+MEANINGS = {
+    ExitCode.COMPLETE: "complete: nothing is left open",
+    ExitCode.INTERNAL_ERROR: "internal error: nothing may be concluded",
+    ExitCode.INVALID: "wrong usage or file, or not supported: nothing was done",
+    ExitCode.INCOMPLETE: "something is left undecided, or was not looked at",
+    ExitCode.NO_POSE: "proved that there is no pose",
+    ExitCode.NOT_PROVED: "not proved, or failed",
+    ExitCode.NONE_FOUND: "no pose was found, which proves nothing",
+    ExitCode.INTERRUPTED: "interrupted",
+    ExitCode.OUTPUT_CLOSED: "the reader of the output has gone",
+}
+
+
+class Ending(int):
+    """An exit code that a command returns, with the one line that standard error says about it."""
+
+    line: str
+
+    def __new__(cls, code: ExitCode | int, line: str) -> Ending:
+        """Return the code with its line."""
+        ending = super().__new__(cls, code)
+        ending.line = line
+        return ending
+
 
 class OutputClosed(Exception):
     """The reader of the output has gone. No OSError: click ends the process with code 1 for those."""
 
 
+class Interrupted(Exception):
+    """Ctrl-C or SIGTERM. No KeyboardInterrupt: click writes an empty line for those."""
+
+
 @contextmanager
-def _closed_pipe_noticed() -> Iterator[None]:
+def _own_exceptions() -> Iterator[None]:
     try:
         yield
     except BrokenPipeError as error:
         raise OutputClosed from error
+    except KeyboardInterrupt:
+        raise Interrupted from None
 
 
 class CommandLine(click.Group):
@@ -111,12 +148,12 @@ class CommandLine(click.Group):
         self, info_name: str | None, args: list[str], parent: click.Context | None = None, **extra: Any
     ) -> click.Context:
         """Read the arguments; this is where help and version are printed."""
-        with _closed_pipe_noticed():
+        with _own_exceptions():
             return super().make_context(info_name, args, parent, **extra)
 
     def invoke(self, ctx: click.Context) -> Any:
         """Run the command that was asked for."""
-        with _closed_pipe_noticed():
+        with _own_exceptions():
             return super().invoke(ctx)
 
     def main(
@@ -142,13 +179,14 @@ class CommandLine(click.Group):
         self, args: list[str], prog_name: str | None, complete_var: str | None, extra: dict[str, Any]
     ) -> int:
         try:
-            code = super().main(args, prog_name, complete_var, standalone_mode=False, **extra)
-            sys.stdout.flush()
+            with interruptible():
+                code = super().main(args, prog_name, complete_var, standalone_mode=False, **extra)
+                sys.stdout.flush()
         except (InputError, NotSupportedError) as error:
             return _fail(ExitCode.INVALID, str(error))
         except click.ClickException as error:
             return _fail(ExitCode.INVALID, _one_line(error))
-        except (click.Abort, KeyboardInterrupt):
+        except (click.Abort, KeyboardInterrupt, Interrupted):
             return _fail(ExitCode.INTERRUPTED, "interrupted")
         except (BrokenPipeError, OutputClosed):
             raise
@@ -157,7 +195,10 @@ class CommandLine(click.Group):
                 traceback.print_exc()
             text = " ".join(f"{type(error).__name__}: {error}".split())
             return _fail(ExitCode.INTERNAL_ERROR, f"internal error: {text}")
-        return code if isinstance(code, int) else ExitCode.COMPLETE
+        if not isinstance(code, int) or code == ExitCode.COMPLETE:
+            return ExitCode.COMPLETE
+        found = ExitCode(code)
+        return _fail(found, code.line if isinstance(code, Ending) else found.meaning)
 
 
 def _command_meant(word: str) -> str | None:
@@ -199,12 +240,28 @@ def _fail(code: ExitCode, message: str) -> ExitCode:
     return code
 
 
+def _print_version(context: click.Context, parameter: click.Parameter, is_asked: bool) -> None:
+    """Print the version, which costs a question to git in a checkout: only when it is asked for."""
+    if is_asked and not context.resilient_parsing:
+        from cdpr_interval.version import version
+
+        click.echo(f"cdpr-solve, version {version()}")
+        context.exit()
+
+
 @click.group(
     cls=CommandLine,
     context_settings={"help_option_names": ["-h", "--help"]},
     epilog=examples("robots", "uc2 --lengths 7.5,8", "ik uc2 --pose 4,0,-7"),
 )
-@click.version_option(package_name="cdpr-interval", prog_name="cdpr-solve")
+@click.option(
+    "--version",
+    is_flag=True,
+    is_eager=True,
+    expose_value=False,
+    callback=_print_version,
+    help="Show the version and exit.",
+)
 def cli() -> None:
     """Find and prove every static pose of a cable-driven parallel robot.
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import time
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
@@ -9,12 +10,15 @@ from typing import Any
 from cdpr_interval.engine.budget import Budget
 from cdpr_interval.exact.enclosure import length_bounds
 from cdpr_interval.robots.cable_robot import Robot
+from cdpr_interval.robots.formats.given import require_robot
 from solvers.answers.data import Answer, Question, RobotIdentity, Statistics, StopReason
 from solvers.answers.message import message_of
 from solvers.answers.order import sort_solutions, sort_subsets, sort_undecided
+from solvers.answers.provenance import provenance
 from solvers.answers.result import Result
 from solvers.answers.tool import this_tool
 from solvers.classes import class_of
+from solvers.questions.arguments import require_flags
 from solvers.questions.checked import check_budgets, read_method, require_treated
 from solvers.questions.errors import InputErrors
 from solvers.questions.force import NO_LOAD, ZERO, read_force
@@ -24,7 +28,7 @@ from solvers.questions.subset import read_subset
 
 
 def forward_kinematics(
-    robot: Robot,
+    robot: Robot | str | os.PathLike[str],
     lengths: str | Sequence[Any] | Mapping[str, Any],
     *,
     taut: str | Iterable[str | int] | None = None,
@@ -42,8 +46,8 @@ def forward_kinematics(
 
     Parameters
     ----------
-    robot : Robot
-        As `cdpr_interval.load_robot` returns it.
+    robot : Robot, str or PathLike
+        As `cdpr_interval.load_robot` returns it, or what that takes: a file or the name of a shipped robot.
     lengths : sequence, mapping or str
         One length per cable in m, in file order or by name; unstretched for elastic cables. A float is
         that exact double; a str, Decimal or Fraction is exact; a pair (lo, hi) is a range.
@@ -85,7 +89,20 @@ def forward_kinematics(
     Guarantee
     ---------
     When the outcome is COMPLETE, no static pose of what was asked is missing from the solutions.
+
+    Examples
+    --------
+    >>> result = forward_kinematics("uc2", ["7.5", "8"])
+    >>> result
+    <Result uc2: 8 static poses, proved to be all>
+    >>> hanging = [pose for pose in result.solutions if pose.stability == "stable"]
+    >>> [round(x, 3) for x in hanging[0].nominal.position]
+    [5.296, 0.0, -7.87]
+    >>> lo, hi = hanging[0].position[2].tolist()  # certain bounds of z in m
+    >>> lo < -7.8 and hi - lo < 1e-9
+    True
     """
+    require_flags(ignore_slack=ignore_slack, ignore_tension_sign=ignore_tension_sign)
     options = Options(
         ignore_slack=ignore_slack,
         ignore_tension_sign=ignore_tension_sign,
@@ -96,7 +113,8 @@ def forward_kinematics(
         threads=threads,
         progress=progress,
     )
-    return answer_question(pose_problem(robot, lengths, taut, external_force, options), options)
+    problem = pose_problem(require_robot(robot), lengths, taut, external_force, options)
+    return answer_question(problem, options)
 
 
 def pose_problem(
@@ -168,6 +186,7 @@ def build_result(problem: Problem, options: Options, answer: Answer, seconds: fl
         cables=robot.cable_names,
         lengths=length_bounds(problem.lengths),
         question=Question(
+            command="fk",
             taut=problem.taut,
             ignore_slack=options.ignore_slack,
             ignore_tension_sign=options.ignore_tension_sign,
@@ -183,4 +202,5 @@ def build_result(problem: Problem, options: Options, answer: Answer, seconds: fl
         pending=answer.pending,
         subsets=sort_subsets(answer.subsets),
         statistics=Statistics(answer.cells, seconds, options.threads),
+        provenance=provenance(robot, problem.lengths, problem.external_force),
     )

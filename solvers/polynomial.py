@@ -6,6 +6,7 @@ and prune. For every static pose of the one there must be exactly one box of the
 
 from __future__ import annotations
 
+import os
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
@@ -19,6 +20,7 @@ from cdpr_interval.exact import balls
 from cdpr_interval.exact.enclosure import Bounds
 from cdpr_interval.mechanics.cables.law import law_of
 from cdpr_interval.robots.cable_robot import Robot, exact_point
+from cdpr_interval.robots.formats.given import require_robot
 from cdpr_interval.symbolic import inextensible, planar
 from cdpr_interval.symbolic.eliminant import MOST_CABLES, Eliminant, eliminant
 from cdpr_interval.symbolic.elimination import Vanishes
@@ -143,7 +145,7 @@ def shown(bounds: Sequence[float]) -> str:
 
 
 def polynomial_report(
-    robot: Robot,
+    robot: Robot | str | os.PathLike[str],
     lengths: Any = None,
     *,
     tensions: Any = None,
@@ -154,7 +156,7 @@ def polynomial_report(
 
     Parameters
     ----------
-    robot : Robot
+    robot : Robot, str or PathLike
         A point mass (elastic: 1 to 4 taut cables; inextensible: 1 to 3), or a platform on two cables.
     lengths : as in `forward_kinematics`
         Exact numbers, no ranges, m.
@@ -169,7 +171,14 @@ def polynomial_report(
     ------
     InputError, NotSupportedError
         A rule of the input is broken; a robot or number of cables without an eliminant here.
+
+    Examples
+    --------
+    >>> report = polynomial_report("merlet_4_1", tensions=[300, 300, 300, 300])
+    >>> len(report.roots), report.comparison.agrees
+    (2, True)
     """
+    robot = require_robot(robot)
     if (lengths is None) == (tensions is None):
         raise InputError("either lengths or tensions are needed")
     if tensions is not None:

@@ -10,6 +10,7 @@ from A_j.
 
 from __future__ import annotations
 
+import os
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -27,9 +28,11 @@ from cdpr_interval.mechanics.cables.law import law_of
 from cdpr_interval.mechanics.loaded import LoadedRobot, loaded
 from cdpr_interval.mechanics.stability import Stability
 from cdpr_interval.robots.cable_robot import Robot, exact_point
+from cdpr_interval.robots.formats.given import require_robot
 from solvers.answers.data import (
     Answer,
     CableState,
+    Certainty,
     Nominal,
     Proof,
     Solution,
@@ -79,10 +82,10 @@ class TensionProblem:
 
 
 def tension_problem(
-    robot: Robot, tensions: Any, taut: Any = None, external_force: Any = None
+    robot: Robot | str | os.PathLike[str], tensions: Any, taut: Any = None, external_force: Any = None
 ) -> TensionProblem:
     """Return the checked question; ``tensions`` are written as lengths are, those of the taut cables."""
-    errors = InputErrors()
+    robot, errors = require_robot(robot), InputErrors()
     names = robot.cable_names
     chosen = tuple(range(len(names))) if taut is None else errors.read(read_subset, taut, names, "taut")
     force = ZERO if external_force is None else errors.read(read_force, external_force) or ZERO
@@ -115,14 +118,14 @@ def read_tensions(given: Any, names: Sequence[str]) -> tuple[tuple[Fraction, Fra
 
 
 def pose_from_tensions(
-    robot: Robot, tensions: Any, *, taut: Any = None, external_force: Any = None
+    robot: Robot | str | os.PathLike[str], tensions: Any, *, taut: Any = None, external_force: Any = None
 ) -> Result:
     """Find and prove the static pose of a point mass whose tensions are known instead of its lengths.
 
     Parameters
     ----------
-    robot : Robot
-        A point mass; elastic or not, since its lengths do not matter.
+    robot : Robot, str or PathLike
+        A point mass, its file or name; elastic or not, since its lengths do not matter.
     tensions : sequence, mapping or str
         One positive tension in N for each cable of ``taut``, written as lengths are: numbers or ranges.
     taut : iterable of str or int, optional
@@ -135,6 +138,12 @@ def pose_from_tensions(
     Result
         One solution (proof ``convexity``), none, or an undecided region. ``question.tensions_given``
         holds the tensions, ``lengths`` the lengths that follow.
+
+    Examples
+    --------
+    >>> (pose,) = pose_from_tensions("merlet_4_1", [300, 300, 300, 300]).solutions
+    >>> [round(x, 3) for x in pose.nominal.position]
+    [2.0, 2.0, -2.445]
     """
     return solve_tensions(tension_problem(robot, tensions, taut, external_force))
 
@@ -320,9 +329,12 @@ def entry(problem: TensionProblem, c: arb_mat, tensions: Sequence[arb]) -> Solut
         tensions=pulls,
         distances=distances,
         slack_respected=True,
+        existence=Certainty.PROVED,
+        uniqueness=Certainty.PROVED,
         proof=Proof.CONVEXITY,
         stability=Stability.STABLE,
         nominal=Nominal((x, y, z), (1.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0)),
+        family=None,
         note="tensions are given; a cable outside them carries nothing, whatever its length",
     )
 

@@ -21,9 +21,11 @@ import difflib
 import hashlib
 import os
 import re
-from collections.abc import Iterable, Iterator
+from collections import Counter
+from collections.abc import Collection, Iterable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -31,6 +33,8 @@ import yaml
 
 from cdpr_interval.errors import InputError
 from cdpr_interval.files.literal import Scalar, printable, quote, resolve
+from cdpr_interval.files.spelling import key_hint
+from cdpr_interval.files.syntax import explained
 
 LARGEST_FILE = 1_000_000
 """Bytes."""
@@ -39,8 +43,12 @@ DEEPEST_LEVEL = 32
 TOO_DEEP = f"nested deeper than {DEEPEST_LEVEL} levels"
 MOST_ERRORS = 100
 """Errors printed of one file; the rest is counted."""
+MOST_ALIKE = 5
+"""Errors printed that say the same of different places; the rest is counted."""
 
 _PLAIN_KEY = re.compile(r"[A-Za-z_][A-Za-z0-9_.-]*")
+_OF_ONE_PLACE = re.compile(r"'[^']*'|\[\d+\]|, got .*|-?\d[\d.e+-]*")
+"""What differs between errors that say the same: names, indices, numbers, what was found instead."""
 _NOT_TEXT = re.compile("[^\t\n\r\x20-\x7e\x85\xa0-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 _PARSER: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 
@@ -118,16 +126,27 @@ class Document:
 
     file: str
     """The name shown in messages."""
-    sha256: str
-    """Hex digest of the file's bytes."""
+    data: bytes
+    """The file's bytes; empty where there is no file."""
     root: Node = field(init=False)
-    _errors: list[tuple[int, int, str]] = field(default_factory=list)
+    _errors: list[tuple[int, int, str, str]] = field(default_factory=list)
+    """Line, column, text, and what all errors of the same kind have in common."""
+    _alike: Counter[str] = field(default_factory=Counter)
     _further: int = 0
+
+    @cached_property
+    def sha256(self) -> str:
+        """Hex digest of the file's bytes."""
+        return hashlib.sha256(self.data).hexdigest()
 
     def report_at(self, line: int, column: int, path: str, rule: str) -> None:
         """Add an error at a place; an empty path means the file as a whole."""
+        kind = _OF_ONE_PLACE.sub("", f"{path}: {rule}")
+        self._alike[kind] += 1
+        if self._alike[kind] > MOST_ALIKE:
+            return
         if len(self._errors) < MOST_ERRORS:
-            self._errors.append((line, column, f"{path}: {rule}" if path else rule))
+            self._errors.append((line, column, f"{path}: {rule}" if path else rule, kind))
         else:
             self._further += 1
 
@@ -136,16 +155,25 @@ class Document:
         if not node.broken:
             self.report_at(node.line, node.column, path, rule)
 
-    def report_unknown_key(self, node: Node, path: str, known: Iterable[str]) -> None:
-        """Add ``unknown key (did you mean ...?)`` at the key of a mapping's value."""
+    def report_unknown_key(self, node: Node, path: str, known: Collection[str]) -> None:
+        """Add ``unknown key`` at the key of a mapping's value, and what to write instead."""
         key = node.key or node
-        hint = suggestion(key.literal or "", known) if len(self._errors) < MOST_ERRORS else ""
+        hint = ""
+        if len(self._errors) < MOST_ERRORS:
+            hint = key_hint(key.literal or "", known) or suggestion(key.literal or "", known)
         self.report(key, path, f"unknown key{hint}")
 
     @property
     def messages(self) -> tuple[str, ...]:
-        """One line per error, ``FILE:LINE:COL: path: rule``, in file order."""
-        lines = [f"{self.file}:{line}:{column}: {text}" for line, column, text in sorted(self._errors)]
+        """One line per error, ``FILE:LINE:COL: path: rule``, in file order; those alike are counted."""
+        lines: list[str] = []
+        shown: Counter[str] = Counter()
+        for line, column, text, kind in sorted(self._errors):
+            place = f"{self.file}:{line}:{column}" if line else self.file
+            lines.append(f"{place}: {text}")
+            shown[kind] += 1
+            if shown[kind] == MOST_ALIKE < self._alike[kind]:
+                lines.append(f"{self.file}: and {self._alike[kind] - MOST_ALIKE} more like it")
         if self._further:
             lines.append(f"{self.file}: and {self._further} more errors")
         return tuple(lines)
@@ -210,7 +238,7 @@ def parse_document(data: bytes | str, file: str = "<text>") -> Document:
         As `read_document`.
     """
     raw = data.encode("utf-8", "surrogatepass") if isinstance(data, str) else data
-    document = Document(printable(file), hashlib.sha256(raw).hexdigest())
+    document = Document(printable(file), raw)
     if len(raw) > LARGEST_FILE:
         raise InputError(f"{document.file}: is larger than {LARGEST_FILE} bytes, the limit for a file")
     text = _decode(raw, document)
@@ -219,7 +247,9 @@ def parse_document(data: bytes | str, file: str = "<text>") -> Document:
     except (yaml.YAMLError, ValueError) as error:
         # ValueError: PyYAML's own, of a version number with thousands of digits.
         place = _too_deep_at(text)
-        document.report_at(*(place or _error_place(error)), "", TOO_DEEP if place else _said(error))
+        found = explained(text, error)
+        rule = TOO_DEEP if place else f"not valid YAML: {found.rule}"
+        document.report_at(*(place or found[:2]), "", rule)
     except _Hopeless:
         pass
     if not hasattr(document, "root"):
@@ -245,17 +275,7 @@ def _too_deep_at(text: str) -> tuple[int, int] | None:
     return None
 
 
-def _error_place(error: Exception) -> tuple[int, int]:
-    """Return line and column of a parser's error, from 1; the beginning when it names none."""
-    mark = getattr(error, "problem_mark", None) or getattr(error, "context_mark", None)
-    return (mark.line + 1, mark.column + 1) if mark else (1, 1)
-
-
-def _said(error: Exception) -> str:
-    """Return what a parser says as a part of one short line."""
-    problem = getattr(error, "problem", None) or getattr(error, "context", None) or str(error)
-    said = printable(problem)
-    return f"not valid YAML: {said if len(said) <= 100 else said[:97] + '...'}"
+_NO_UTF_8 = "not a text file (invalid UTF-8): save it in the encoding UTF-8"
 
 
 def _decode(raw: bytes, document: Document) -> str:
@@ -264,7 +284,10 @@ def _decode(raw: bytes, document: Document) -> str:
     try:
         text = raw.decode("utf-8-sig")
     except UnicodeDecodeError as error:
-        text, rule = raw[: error.start].decode("utf-8-sig"), "not a text file (invalid UTF-8)"
+        text, rule = (
+            raw[: error.start].decode("utf-8-sig"),
+            _NO_UTF_8,
+        )
     place = len(text)
     if odd := _NOT_TEXT.search(text):
         place, rule = odd.start(), f"not a text file (control character {quote(odd[0])})"
@@ -358,6 +381,8 @@ class _Composer:
             key = Node(event.value, *_place(event), event.value)
             node = self._node(next(self._events), here, level + 1, key)
             first = entries.setdefault(event.value, node).key
-            if first is not None and first is not key:
-                self._document.report(key, here, f"duplicate key (first on line {first.line})")
+            # After '-name' without a space all entries of a list fall into one mapping.
+            if first is not None and first is not key and not any(name.startswith("-") for name in entries):
+                hint = ": a new entry begins with '- '" if path.endswith("]") else ""
+                self._document.report(key, here, f"duplicate key (first on line {first.line}){hint}")
         return entries

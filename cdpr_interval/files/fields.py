@@ -50,7 +50,7 @@ def number(value: object) -> Fraction:
         if isinstance(value.value, Fraction):
             return value.value
         if isinstance(value.value, str) and value.plain:
-            return read_number(value.value)
+            return read_number(value.value.strip())
     raise ValueError(f"must be a number, got {kind(value)}")
 
 

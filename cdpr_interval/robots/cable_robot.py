@@ -1,21 +1,37 @@
 """A cable robot: frozen data in SI units, every number the exact rational of its source text.
 
+Numbers that are given from Python are taken exactly: an int, `Decimal` or `Fraction` is itself, a float that
+very double, a text the decimal that is written, a pair (lo, hi) every number in between.
+
 A number that is given as a range stays one. What treats single numbers only takes each through `exact` or
 `exact_point`, which refuse a range: none is ever replaced by its middle on the way to a solver.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import dataclasses
+import hashlib
+import os
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import cached_property
+from importlib import import_module
+from pathlib import Path
+from typing import Any, Self
 
-from cdpr_interval.errors import NotSupportedError
+from cdpr_interval.errors import InputError, NotSupportedError
+from cdpr_interval.exact.decimals import plain_scalar
 from cdpr_interval.exact.range import Range
 from cdpr_interval.exact.vector import Vector
+from cdpr_interval.files.literal import LONGEST_NUMBER
+from cdpr_interval.files.number import exact_number
+from cdpr_interval.files.writing import unreadable, yaml_text
 from cdpr_interval.robots.winch import Winch, WinchGroupSettings
 
+FORMAT = "cdpr-robot/1"
+READER = "cdpr_interval.robots.formats.reader"
+"""What makes robots of files and mappings. It is built on this module, which has to ask for it by name."""
 POINT_MASS = "point-mass"
 SIX_DOF = "six-dof"
 
@@ -43,8 +59,56 @@ def exact_point(point: Point) -> Vector:
     return exact(x), exact(y), exact(z)
 
 
+def _number(value: Any, name: str) -> Scalar:
+    """Return a number or a range as this module keeps it; `InputError` with the name for anything else."""
+    if type(value) in (Fraction, Range):
+        found: Scalar = value
+        return found
+    try:
+        if isinstance(value, list | tuple) and len(value) == 2:
+            lo, hi = map(exact_number, value)
+            if lo > hi:
+                raise ValueError(f"the lower bound {value[0]} is above the upper bound {value[1]}")
+            return lo if lo == hi else Range(lo, hi)
+        return exact_number(value)
+    except ValueError as error:
+        raise InputError(f"{name}: {error}") from None
+
+
+def _point(value: Any, name: str) -> Point:
+    """Return three numbers as this module keeps them."""
+    entries = tuple(value) if isinstance(value, Iterable) and not isinstance(value, str) else ()
+    if len(entries) != 3:
+        raise InputError(f"{name}: must be 3 numbers, got {value!r}")
+    x, y, z = (_number(entry, f"{name}[{i}]") for i, entry in enumerate(entries))
+    return x, y, z
+
+
+class Part:
+    """A frozen part of a robot that is changed by making another one."""
+
+    def replace(self, **changes: Any) -> Self:
+        """Return a copy with other values in some fields.
+
+        Raises
+        ------
+        InputError
+            There is no such field, or the value breaks a rule.
+        """
+        known = [f.name for f in dataclasses.fields(self) if f.init]  # type: ignore[arg-type]
+        wrong = [name for name in changes if name not in known]
+        if wrong:
+            rule = f"{type(self).__name__} has no {', '.join(wrong)}, only {', '.join(known)}"
+            raise InputError(f"replace: {rule}")
+        return dataclasses.replace(self, **changes)  # type: ignore[type-var]
+
+    def _keep(self, name: str, value: object) -> None:
+        """Put a value into a field while the object is made."""
+        object.__setattr__(self, name, value)
+
+
 @dataclass(frozen=True)
-class Elasticity:
+class Elasticity(Part):
     """How a cable stretches: exactly one of the two is given."""
 
     stiffness: Scalar | None = None
@@ -52,9 +116,20 @@ class Elasticity:
     axial_stiffness: Scalar | None = None
     """EA in N; k = EA / (unstretched length)."""
 
+    def __post_init__(self) -> None:
+        """Take the numbers exactly."""
+        for name in ("stiffness", "axial_stiffness"):
+            if (value := getattr(self, name)) is not None:
+                self._keep(name, _number(value, name))
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the block of a file."""
+        keys = {"stiffness_N_per_m": self.stiffness, "axial_stiffness_N": self.axial_stiffness}
+        return {key: plain_scalar(value) for key, value in keys.items() if value is not None}
+
 
 @dataclass(frozen=True)
-class Cable:
+class Cable(Part):
     """One cable: exit point A_i in the base frame, platform point B_i in the platform frame, in m."""
 
     name: str
@@ -66,13 +141,53 @@ class Cable:
     winch: Winch | None = None
     """What moves the cable; its tolerances are no uncertain scalars of the robot."""
 
+    def __post_init__(self) -> None:
+        """Take the numbers exactly."""
+        for name in ("frame_anchor", "platform_anchor"):
+            self._keep(name, _point(getattr(self, name), name))
+        if self.tension_limits is not None:
+            if not isinstance(self.tension_limits, list | tuple) or len(self.tension_limits) != 2:
+                raise InputError(f"tension_limits: must be 2 numbers, got {self.tension_limits!r}")
+            lo, hi = self.tension_limits
+            self._keep(
+                "tension_limits", (exact(_number(lo, "tension_limits")), exact(_number(hi, "tension_limits")))
+            )
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the block of a file."""
+        block: dict[str, Any] = {
+            "name": self.name,
+            "frame_anchor_m": list(map(plain_scalar, self.frame_anchor)),
+            "platform_anchor_m": list(map(plain_scalar, self.platform_anchor)),
+        }
+        if self.elasticity is not None:
+            block["elasticity"] = self.elasticity.to_dict()
+        if self.tension_limits is not None:
+            block["tension_limits_N"] = list(map(plain_scalar, self.tension_limits))
+        if self.winch is not None:
+            block["winch"] = self.winch.to_dict()
+        return block
+
 
 @dataclass(frozen=True)
-class Platform:
+class Platform(Part):
     """The load: mass in kg and centre of mass in the platform frame in m."""
 
     mass: Scalar
     centre_of_mass: Point = (Fraction(0), Fraction(0), Fraction(0))
+
+    def __post_init__(self) -> None:
+        """Take the numbers exactly."""
+        mass = _number(self.mass, "mass")
+        if (mass.lo if isinstance(mass, Range) else mass) <= 0:
+            raise InputError(f"mass: must be greater than 0, got {self.mass}")
+        self._keep("mass", mass)
+        self._keep("centre_of_mass", _point(self.centre_of_mass, "centre_of_mass"))
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the block of a file."""
+        centre = list(map(plain_scalar, self.centre_of_mass))
+        return {"mass_kg": plain_scalar(self.mass), "centre_of_mass_m": centre}
 
 
 @dataclass(frozen=True)
@@ -85,12 +200,13 @@ class Uncertain:
 
 
 @dataclass(frozen=True)
-class Robot:
-    """A cable-driven parallel robot as read from a ``cdpr-robot/1`` file.
+class Robot(Part):
+    """A cable-driven parallel robot: what a ``cdpr-robot/1`` file says.
 
     A scalar given as a range is one here too; a solver that cannot treat ranges must refuse a robot whose
     ``uncertain`` is not empty.
-    What follows from the data is computed once a robot: the data never change.
+    What follows from the data is computed once a robot: the data never change. Two robots of the same data
+    are equal, whatever the files they come from.
     """
 
     name: str
@@ -98,9 +214,119 @@ class Robot:
     cables: tuple[Cable, ...]
     gravity: Point = (Fraction(0), Fraction(0), Fraction(-981, 100))
     source: str | None = None
-    sha256: str = ""
-    """Hex digest of the file's bytes."""
+    notes: str | None = None
+    """What the file says in ``notes``, where that is a text or a list of texts."""
     winches: WinchGroupSettings = field(default_factory=WinchGroupSettings)
+    file: bytes | None = field(default=None, init=False, repr=False, compare=False)
+    """The file that the robot was read from; None for one made or changed in memory, whatever from."""
+
+    def __post_init__(self) -> None:
+        """Take the numbers exactly."""
+        self._keep("gravity", _point(self.gravity, "gravity"))
+        self._keep("cables", tuple(self.cables))
+        if not isinstance(self.platform, Platform):
+            raise InputError(f"platform: must be a Platform, got {self.platform!r}")
+        if not self.cables or not all(isinstance(cable, Cable) for cable in self.cables):
+            raise InputError("cables: must be one Cable or more")
+        if len(set(self.cable_names)) < len(self.cables):
+            raise InputError(f"cables: names must differ, got {', '.join(self.cable_names)}")
+
+    @classmethod
+    def from_dict(cls, data: Mapping[str, Any], label: str = "robot") -> Robot:
+        """Return the robot of a mapping with the keys of a robot file.
+
+        Parameters
+        ----------
+        data : mapping
+            As `to_dict` returns it, or as a YAML or JSON reader does. Numbers are exact: an int, `Decimal` or
+            `Fraction` is itself, a text the decimal that is written (``"0.1"``), a float that very double, so
+            0.1 is 0.1000000000000000055...: a reader that rounds decimals to doubles has done so before.
+            Keys that begin with ``x_`` are free, and not kept.
+        label : str
+            What messages call it.
+
+        Raises
+        ------
+        InputError
+            With one line per error, ``robot: cables[1].frame_anchor_m: missing``, the rules those of files.
+
+        Examples
+        --------
+        >>> robot = Robot.from_dict({
+        ...     "format": "cdpr-robot/1", "name": "lamp", "platform": {"mass_kg": "2.5"},
+        ...     "cables": [{"name": "c1", "frame_anchor_m": [0, 0, 3], "platform_anchor_m": [0, 0, 0]}],
+        ... })
+        >>> robot.platform.mass
+        Fraction(5, 2)
+        """
+        robot: Robot = import_module(READER).robot_of(data, label)
+        return robot
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the robot as a mapping with the keys of a robot file; `from_dict` returns it exactly.
+
+        Numbers are ints and `Decimal` objects, and a `Fraction` where no finite decimal is the number.
+        """
+        winches = self.winches.to_dict()
+        return {
+            "format": FORMAT,
+            "name": self.name,
+            **({"source": self.source} if self.source is not None else {}),
+            **({"notes": self.notes} if self.notes is not None else {}),
+            "gravity_m_s2": list(map(plain_scalar, self.gravity)),
+            "platform": self.platform.to_dict(),
+            **({"winches": winches} if winches else {}),
+            "cables": [cable.to_dict() for cable in self.cables],
+        }
+
+    def to_yaml(self) -> str:
+        """Return the text of a robot file that is this robot, every number exactly.
+
+        Of a robot that was read from a file and not changed it is that file, comments and all.
+
+        Raises
+        ------
+        InputError
+            Some number is no finite decimal (1/3), or has more than 1000 digits: no file can hold it.
+        """
+        if self.file is not None:
+            return self.file.decode("utf-8")
+        number = unreadable(self.to_dict())
+        if number is not None:
+            rule = f"{number} cannot be written: it is no decimal of at most {LONGEST_NUMBER} characters"
+            raise InputError(f"robot '{self.name}': {rule}")
+        return self._text
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write `to_yaml` to a file; the ``sha256`` of the robot is that of the file.
+
+        Raises
+        ------
+        InputError
+            As `to_yaml`, or the file cannot be written.
+        """
+        data = self.to_yaml().encode()
+        try:
+            Path(path).write_bytes(data)
+        except OSError as error:
+            raise InputError(f"{os.fspath(path)}: cannot be written: {error.strerror or error}") from None
+
+    def read_from(self, data: bytes) -> Self:
+        """Return the robot, marked as what a file says. For readers of files only."""
+        self._keep("file", data)
+        return self
+
+    @cached_property
+    def _text(self) -> str:
+        return yaml_text(self.to_dict())
+
+    @cached_property
+    def sha256(self) -> str:
+        """Hex digest of the file the robot was read from; else of the file that `to_yaml` would make of it.
+
+        So no changed robot has the digest of a file that says something else.
+        """
+        return hashlib.sha256(self._text.encode() if self.file is None else self.file).hexdigest()
 
     @cached_property
     def cable_names(self) -> tuple[str, ...]:

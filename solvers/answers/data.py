@@ -1,28 +1,54 @@
 """What forward kinematics answers as plain data: certified poses, undecided regions and the bookkeeping.
 
-The layout follows the file format ``cdpr-result/1``. Bounds are float64 arrays whose last
-axis is (lo, hi).
+This is the only description of the file format ``cdpr-result/1``: its keys are these fields in this order,
+with a unit at the end (`fields.UNITS`), and its JSON Schema and its page have these docstrings. A field
+without a default is a key that must be there. Bounds are float64 arrays whose last axis is (lo, hi).
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import StrEnum
+from typing import Annotated, Literal
 
 from cdpr_interval.exact.enclosure import Bounds
 from cdpr_interval.mechanics.stability import Stability
+from cdpr_interval.robots.cable_robot import Robot
+from solvers.answers.fields import (
+    ANY,
+    Cables,
+    Count,
+    Described,
+    Interval,
+    Matrix,
+    Numbers,
+    OfCables,
+    OrUndecided,
+    PerCable,
+    Quadruple,
+    Triple,
+    Vector,
+)
+from solvers.answers.provenance import Provenance
 
 FORMAT = "cdpr-result/1"
 
+Axis = Annotated[Bounds, Numbers((3, 2), (2, 3, 2))]
+"""One axis of a family, or the two of a torus."""
+Arcs = Annotated[Bounds, Numbers((ANY, 2, 2))]
+
 
 class CableState(StrEnum):
-    """What is proved about one cable in one pose."""
+    """What is proved about one cable in one pose.
+
+    taut: it carries load. slack: it carries none and is longer than its distance. switching: just taut or
+    just slack, or taut for some lengths of the ranges and slack for others, with exactly one pose proved on
+    either side. undecided: none of these is proved.
+    """
 
     TAUT = "taut"
     SLACK = "slack"
     SWITCHING = "switching"
-    """Just taut or just slack, or taut for some lengths of the ranges and slack for others, with exactly one
-    pose proved on either side."""
     UNDECIDED = "undecided"
 
 
@@ -42,14 +68,18 @@ class Proof(StrEnum):
 
 
 class Outcome(StrEnum):
-    """COMPLETE: the list of solutions is proved to be all of them."""
+    """Whether the list of solutions is proved to be all of them (complete)."""
 
     COMPLETE = "complete"
     INCOMPLETE = "incomplete"
 
 
 class StopReason(StrEnum):
-    """Why the search ended."""
+    """Why the search ended.
+
+    exhausted: it went to the end, nothing was left to look at; this is the good one. time_limit, cell_limit,
+    interrupted: it was stopped, and ``pending`` cells were not looked at.
+    """
 
     EXHAUSTED = "exhausted"
     TIME_LIMIT = "time_limit"
@@ -58,57 +88,72 @@ class StopReason(StrEnum):
 
 
 @dataclass(frozen=True)
-class Family:
-    """A one- or more-parameter set of poses around the listed one."""
+class Family(Described):
+    """A one- or more-parameter set of poses around the listed one: its rotations about an axis."""
 
-    kind: str
-    """``rotation``, ``torus`` or ``all-rotations``."""
-    axis_point: Bounds | None
-    """(3, 2) m, base frame; for a torus (2, 3, 2); None for all rotations."""
-    axis_direction: Bounds | None
-    """(3, 2) unit vector; for a torus (2, 3, 2)."""
-    angle_ranges: Bounds
-    """(m, 2, 2): m ranges, each [[start_lo, start_hi], [end_lo, end_hi]] in rad; 0 = listed pose."""
+    kind: Literal["rotation", "torus", "all-rotations"]
+    """rotation: about one axis; torus: about two; all-rotations: about every axis."""
+    axis_point: Axis | None
+    """A point of the axis, base frame; for a torus one of each; null for all rotations."""
+    axis_direction: Axis | None
+    """Unit vector of the axis; for a torus one of each; null for all rotations."""
+    angle_ranges: Arcs
+    """For which angles the family's poses are static: [[start_lo, start_hi], [end_lo, end_hi]] each; 0 is
+    the listed pose."""
 
 
 @dataclass(frozen=True)
-class Nominal:
+class Nominal(Described):
     """Plain floats near the certified pose; not certified."""
 
-    position: tuple[float, float, float]
-    quaternion_wxyz: tuple[float, float, float, float]
-    rpy: tuple[float, float, float]
+    position: Triple
+    """Platform origin in the base frame."""
+    quaternion_wxyz: Quadruple
+    """Unit quaternion, scalar first, platform to base."""
+    rpy: Triple
+    """Roll, pitch, yaw: R = Rz(yaw) Ry(pitch) Rx(roll)."""
 
 
-@dataclass(frozen=True, eq=False)
-class Solution:
+@dataclass(frozen=True, eq=False, repr=False)
+class Solution(Described):
     """One static pose in a box: proved to hold exactly one (or one family) where both claims are."""
 
-    taut: tuple[int, ...]
-    """Indices of the cables proved taut."""
-    cable_states: tuple[CableState, ...]
-    position: Bounds
-    """(3, 2) m: platform origin in the base frame."""
-    rotation: Bounds
-    """(3, 3, 2): platform to base."""
-    height: Bounds
-    """(2,) m: of the centre of mass, along up."""
-    tensions: Bounds
-    """(N, 2) N, file order; [0, 0] for a slack cable."""
-    distances: Bounds
-    """(N, 2) m: ||A_i - p - R B_i||."""
-    slack_respected: bool | None
-    """None: undecided."""
+    taut: Cables
+    """The cables proved taut; in Python their indices in file order."""
+    cable_states: Annotated[tuple[CableState, ...], PerCable()]
+    """What is proved of each cable, file order."""
+    position: Vector
+    """Platform origin in the base frame."""
+    rotation: Matrix
+    """Platform to base, row by row; the identity for a point mass."""
+    height: Interval
+    """Of the centre of mass, along up (the opposite of gravity)."""
+    tensions: OfCables
+    """File order; [0, 0] for a slack cable. An end is null where nothing bounds it."""
+    distances: OfCables
+    """From each exit point to its platform anchor, ||A_i - p - R B_i||, file order."""
+    slack_respected: Annotated[bool | None, OrUndecided()]
+    """True: every cable without tension is at least as long as its distance. False only with
+    ``ignore_slack``. In Python None is undecided."""
+    existence: Certainty
+    """For every choice of lengths the box holds a static pose (or family)."""
+    uniqueness: Certainty
+    """For no choice of lengths does the box hold two."""
     proof: Proof
+    """The theorem behind the entry."""
     stability: Stability
+    """Only in a stable pose the platform can hang."""
     nominal: Nominal
-    family: Family | None = None
+    """The middle of the box, for pictures and for starting values."""
+    family: Family | None
+    """The set of poses that the entry stands for; null for a single pose."""
     note: str = ""
     """One sentence where the entry needs one (tensions not unique, end of a family, ...)."""
-    existence: Certainty = Certainty.PROVED
-    """For every choice of lengths the box holds a static pose (or family)."""
-    uniqueness: Certainty = Certainty.PROVED
-    """For no choice of lengths does the box hold two."""
+
+    def __repr__(self) -> str:
+        place = ", ".join(f"{x:.6g}" for x in self.nominal.position)
+        proved = "proved" if self.is_decided else "proved, a cable undecided" if self.is_proved else "open"
+        return f"<Solution {self.stability}, taut {self.taut}, near ({place}) m, {proved}>"
 
     @property
     def is_proved(self) -> bool:
@@ -131,29 +176,40 @@ class Solution:
         return all(state in (CableState.TAUT, CableState.SLACK) for state in self.cable_states)
 
 
-@dataclass(frozen=True, eq=False)
-class Undecided:
-    """A connected cluster of cells that could be neither proved nor excluded."""
+@dataclass(frozen=True, eq=False, repr=False)
+class Undecided(Described):
+    """A connected cluster of cells that could be neither proved nor excluded: poses may be in it, or none."""
 
-    taut: tuple[int, ...]
-    cells: int
+    taut: Cables
+    """The subset of taut cables that was looked at."""
+    cells: Count
+    """How many cells of the search it is made of."""
     reason: str
-    position: Bounds
-    """(3, 2) m, hull."""
-    rotation: Bounds
-    """(3, 3, 2), hull."""
+    """One sentence: what could not be proved."""
+    position: Vector
+    """Hull of the platform's origins, base frame."""
+    rotation: Matrix
+    """Hull of the rotations, platform to base."""
+
+    def __repr__(self) -> str:
+        box = " x ".join(f"[{lo:.6g}, {hi:.6g}]" for lo, hi in self.position.tolist())
+        return f"<Undecided taut {self.taut}, {self.cells} cells in {box} m: {self.reason}>"
 
 
 @dataclass(frozen=True)
-class SubsetReport:
+class SubsetReport(Described):
     """What was done for one subset of taut cables."""
 
-    taut: tuple[int, ...]
+    taut: Cables
+    """The subset."""
     outcome: Outcome
-    solutions: int
-    cells: int
+    """Complete: its poses are all listed."""
+    solutions: Count
+    """Entries found."""
+    cells: Count
+    """Cells looked at."""
     time: float
-    """Seconds."""
+    """Wall time."""
 
 
 @dataclass(frozen=True)
@@ -179,72 +235,100 @@ class Answer:
 
 
 @dataclass(frozen=True)
-class Tool:
-    """The program that wrote a result."""
+class Tool(Described):
+    """The program that wrote a file."""
 
     name: str
+    """Of the package."""
     version: str
+    """Of the package; between releases with the commit."""
 
 
 @dataclass(frozen=True)
-class RobotIdentity:
-    """Which robot a result is about: its name and the digest of its file."""
+class RobotIdentity(Described):
+    """Which robot a result is about."""
 
     name: str
+    """As in its file."""
     sha256: str
+    """Digest of its file, in hexadecimal; of a robot made or changed in memory, of the file it would be."""
 
 
-@dataclass(frozen=True)
-class Question:
+@dataclass(frozen=True, kw_only=True)
+class Question(Described):
     """What was asked, as far as it changes the answer."""
 
-    taut: tuple[int, ...] | None
-    """One subset of cable indices, or None for all subsets."""
-    ignore_slack: bool = False
-    ignore_tension_sign: bool = False
-    method: str = "auto"
-    precision: float = 1e-9
-    external_force: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    """N, base axes: the doubles nearest to the exact force."""
-    command: str = "fk"
-    tensions_given: tuple[tuple[float, float], ...] | None = None
-    """What is known instead of lengths: (lo, hi) of each cable in N, file order."""
+    command: str
+    """The command that would ask the same."""
+    taut: Cables | None
+    """One subset of taut cables; null for all subsets."""
+    ignore_slack: bool
+    """Poses at which a cable outside the taut ones is too short to be slack were kept."""
+    ignore_tension_sign: bool
+    """Six taut cables were treated as rigid legs."""
+    method: str
+    """How a point mass is solved: auto, search or convex."""
+    precision: float
+    """Target width of the position (m) and of the rotation's entries of a solution."""
+    external_force: Triple
+    """Constant force at the centre of mass, base axes, added to the weight: the nearest doubles."""
+    tensions_given: Annotated[tuple[tuple[float, float], ...], PerCable()] | None = None
+    """What was known instead of lengths: [lo, hi] of each cable, file order; left out otherwise."""
 
 
 @dataclass(frozen=True)
-class Statistics:
+class Statistics(Described):
     """What the run cost."""
 
-    cells: int
+    cells: Count
+    """Cells looked at."""
     time: float
-    """Seconds of wall time."""
-    threads: int
+    """Wall time."""
+    threads: Count
+    """The solutions do not depend on them."""
 
 
-@dataclass(frozen=True, eq=False)
-class ResultData:
-    """The fields of a `solvers.Result`.
+@dataclass(frozen=True, eq=False, kw_only=True)
+class ResultData(Described):
+    """Certified static poses of a cable robot; readers ignore keys they do not know.
 
-    Guarantee: with ``outcome`` COMPLETE every static pose of what was asked lies in the box of
-    one of ``solutions``, and each of these boxes holds exactly one pose (or one family).
+    Guarantee: with outcome complete every static pose of what was asked lies in the box of one of the
+    solutions, and each of these boxes holds exactly one pose (or one family).
     """
 
     tool: Tool
+    """The program that wrote it."""
     robot: RobotIdentity
+    """Which robot it is about: name and digest; in Python `source_robot` is the robot itself."""
     model: str
-    """``point-mass`` or ``six-dof``."""
+    """The class of the robot: point-mass or six-dof."""
     cables: tuple[str, ...]
-    """Names, file order."""
-    lengths: Bounds
-    """(N, 2) m: doubles that enclose the exact lengths."""
+    """Names, file order: the order of all lists of cables."""
+    lengths: OfCables
+    """Doubles that enclose the exact lengths, which are in ``provenance``; unstretched for elastic cables."""
     question: Question
+    """What was asked."""
     outcome: Outcome
+    """Complete: the solutions are proved to be all there are."""
     stop_reason: StopReason
+    """Why the search ended; exhausted means that it went to the end."""
     message: str
+    """One sentence: what was found and whether it is all; without a pose, why there is none."""
     solutions: tuple[Solution, ...]
-    """Stable, undecided, unstable; then lowest first; then taut; then position."""
-    undecided: tuple[Undecided, ...] = ()
-    pending: int = 0
+    """Stable, undecided, unstable; then lowest first; then by taut cables; then by position."""
+    undecided: tuple[Undecided, ...]
+    """What the search worked on to the end and could not decide."""
+    pending: Count
     """Cells not looked at."""
-    subsets: tuple[SubsetReport, ...] = ()
-    statistics: Statistics = Statistics(0, 0.0, 1)
+    subsets: tuple[SubsetReport, ...]
+    """What was done for each subset of taut cables, smallest first."""
+    statistics: Statistics
+    """Cells, time and threads of the whole run."""
+    provenance: Provenance | None = None
+    """Where the result comes from; left out of results written before there was one."""
+
+    def is_about(self, robot: Robot) -> bool:
+        """Return whether this is the robot that was solved: the same data, in whatever file."""
+        if self.provenance is not None:
+            return self.provenance.robot == robot
+        return self.robot.sha256 == robot.sha256

@@ -1,48 +1,83 @@
 """What inverse kinematics returns: distances, lengths and tensions for a pose, in plain floats.
 
-The layout follows the file format ``cdpr-ik-result/1``. Nothing in it is certified: put the lengths
-to forward kinematics for that.
+This is the only description of the file format ``cdpr-ik-result/1``, as `data` is of results. Nothing in it
+is certified: put the lengths to forward kinematics for that.
 """
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
-from cdpr_interval.errors import InputError
+from solvers.answers.data import RobotIdentity, Tool
+from solvers.answers.fields import Described, Floats, Quadruple, Triple
+from solvers.answers.provenance import Provenance
 
 FORMAT = "cdpr-ik-result/1"
 ANGLE_DECIMALS = 12
 """Of degrees to paste: 2e-14 rad, about the rounding of a settled pose."""
-Triple = tuple[float, float, float]
+Rows = tuple[Triple, Triple, Triple]
 
 
-@dataclass(frozen=True)
-class IkQuestion:
-    """What was asked beside the pose."""
+@dataclass(frozen=True, kw_only=True)
+class IkQuestion(Described):
+    """What was asked."""
 
-    taut: tuple[str, ...] | None
-    """Names of the cables that may carry tension; None: all."""
-    slack_margin: float
-    settle: bool
-    settle_within: float | None
-    """How far settling may move any point of the platform, m; None: it was not asked for."""
-    static: bool
-    wrench_tolerance: float
-    """Share of the load's size."""
-    external_force: Triple
-    """N, base axes."""
+    command: str
+    """The command that would ask the same."""
     position: Triple
-    """The pose that was given, platform origin, m."""
-    quaternion: tuple[float, float, float, float]
-    """(w, x, y, z), platform to base."""
+    """The pose that was given: platform origin in the base frame."""
+    quaternion_wxyz: Quadruple
+    """The pose that was given: unit quaternion, scalar first, platform to base."""
+    taut: tuple[str, ...] | None
+    """The cables that may carry tension; null: all."""
+    slack_margin: float
+    """Every other cable is longer than its distance by this fraction."""
+    settle: bool
+    """The pose was to be moved to the nearest static pose of the taut cables."""
+    settle_within: float | None
+    """How far settling may move any point of the platform; null: it was not asked for."""
+    static: bool
+    """The caller wanted a static pose or nothing."""
+    wrench_tolerance: float
+    """Residual, as a share of the load's size, of a pose that counts as static."""
+    external_force: Triple
+    """Constant force at the centre of mass, base axes, added to the weight."""
+
+    @property
+    def quaternion(self) -> Quadruple:
+        """Unit quaternion (w, x, y, z) of the pose that was given."""
+        return self.quaternion_wxyz
 
 
 @dataclass(frozen=True)
-class Settling:
+class IkPose(Described):
+    """The pose that the result is about: after settling, if that was asked and succeeded."""
+
+    position: Triple
+    """Platform origin in the base frame."""
+    rotation: Rows
+    """Platform to base, row by row; the identity for a point mass."""
+    quaternion_wxyz: Quadruple
+    """Unit quaternion, scalar first, platform to base."""
+    rpy: Triple
+    """Roll, pitch, yaw: R = Rz(yaw) Ry(pitch) Rx(roll)."""
+
+
+@dataclass(frozen=True)
+class Residual(Described):
+    """Load and cable forces together."""
+
+    force: Triple
+    """Base axes."""
+    moment: Triple
+    """About the centre of mass, base axes."""
+
+
+@dataclass(frozen=True)
+class Settling(Described):
     """How far the pose was moved to become static, or how far away the static pose is that was found."""
 
     succeeded: bool
@@ -50,53 +85,103 @@ class Settling:
     found: bool
     """A static pose was found, near enough or not; False: what follows is about the best pose."""
     distance: float
-    """Translation of the centre of mass, m."""
+    """Translation of the centre of mass."""
     angle: float
-    """Rotation, rad."""
+    """Rotation."""
     travel: float
-    """Way of the point of the platform that moves most, m: an anchor or the centre of mass."""
+    """Way of the point of the platform that moves most: an anchor or the centre of mass."""
 
 
-@dataclass(frozen=True)
-class IkResult:
-    """Distances, lengths and tensions at one pose, file order."""
+@dataclass(frozen=True, kw_only=True, repr=False)
+class IkResult(Described):
+    """Distances, lengths and tensions at one pose, file order; plain floats, nothing is certified.
 
-    tool: tuple[str, str]
-    """Name and version."""
-    robot: tuple[str, str]
-    """Name and sha256."""
+    Examples
+    --------
+    >>> from solvers import inverse_kinematics
+    >>> result = inverse_kinematics("merlet_4_1", (1, 1, -2))
+    >>> result
+    <IkResult merlet-4-1: the pose is static>
+    >>> [round(length, 3) for length in result.lengths]
+    [2.449, 3.742, 3.742, 4.69]
+    """
+
+    tool: Tool
+    """The program that wrote it."""
+    robot: RobotIdentity
+    """Which robot it is about."""
     model: str
+    """The class of the robot: point-mass or six-dof."""
     cables: tuple[str, ...]
+    """Names, file order: the order of all lists of cables."""
     question: IkQuestion
-    position: Triple
-    """Platform origin in the base frame, m: after settling, if that was asked."""
-    rotation: tuple[Triple, Triple, Triple]
-    """Platform to base."""
-    quaternion: tuple[float, float, float, float]
-    rpy: Triple
-    """Roll, pitch, yaw, rad."""
-    distances: tuple[float, ...]
-    """||A_i - p - R B_i||, m."""
-    lengths: tuple[float, ...] | None
-    """Cable lengths that give this pose, m, unstretched for elastic cables; None where an elastic
-    cable needs a tension and the pose is not static, and where settling did not succeed."""
-    tensions: tuple[float, ...]
-    """N: the non-negative tensions of least norm, or the best fit where the pose is not static."""
-    is_static: bool
-    """True when the residual is within the tolerance."""
-    residual_force: Triple
-    """Load and cable forces together, N."""
-    residual_moment: Triple
-    """About the centre of mass, N m."""
-    settling: Settling | None
+    """What was asked, beside the robot."""
+    message: str
+    """One sentence."""
+    static: bool
+    """The residual is within the tolerance."""
+    pose: IkPose
+    """Of what follows."""
+    distances: Floats
+    """From each exit point to its platform anchor, ||A_i - p - R B_i||."""
+    lengths: Floats | None
+    """Cable lengths that give this pose, unstretched for elastic cables; null where an elastic cable needs
+    a tension and the pose is not static, and where settling did not succeed."""
+    lengths_option: str | None
+    """The lengths as ``--lengths`` takes them, each restoring its double."""
+    tensions: Floats
+    """The non-negative tensions of least norm, or the best fit where the pose is not static."""
+    residual: Residual
+    """What of the load the cables leave."""
+    settled: Settling | None
+    """How far the pose was moved; null: that was not asked for."""
     outside_tension_limits: tuple[str, ...]
     """Cables whose tension is outside their ``tension_limits_N``; reported, never a filter."""
-    message: str
+    provenance: Provenance | None = field(default=None, compare=False)
+    """Where the result comes from; left out of results written before there was one."""
+
+    def __repr__(self) -> str:
+        return f"<IkResult {self.robot.name}: {self.message}>"
 
     @property
-    def lengths_option(self) -> str | None:
-        """The lengths as ``--lengths`` takes them, each restoring its double."""
-        return None if self.lengths is None else ",".join(repr(length) for length in self.lengths)
+    def position(self) -> Triple:
+        """Platform origin in the base frame, m: after settling, if that was asked."""
+        return self.pose.position
+
+    @property
+    def rotation(self) -> Rows:
+        """Platform to base."""
+        return self.pose.rotation
+
+    @property
+    def quaternion(self) -> Quadruple:
+        """Unit quaternion (w, x, y, z), platform to base."""
+        return self.pose.quaternion_wxyz
+
+    @property
+    def rpy(self) -> Triple:
+        """Roll, pitch, yaw, rad."""
+        return self.pose.rpy
+
+    @property
+    def is_static(self) -> bool:
+        """True when the residual is within the tolerance."""
+        return self.static
+
+    @property
+    def residual_force(self) -> Triple:
+        """Load and cable forces together, N."""
+        return self.residual.force
+
+    @property
+    def residual_moment(self) -> Triple:
+        """About the centre of mass, N m."""
+        return self.residual.moment
+
+    @property
+    def settling(self) -> Settling | None:
+        """How far the pose was moved."""
+        return self.settled
 
     @property
     def pose_option(self) -> str:
@@ -107,49 +192,9 @@ class IkResult:
 
     def to_dict(self) -> dict[str, Any]:
         """Return the ``cdpr-ik-result/1`` document as plain lists and dictionaries."""
-        question, settling = self.question, self.settling
-        return {
-            "format": FORMAT,
-            "tool": {"name": self.tool[0], "version": self.tool[1]},
-            "robot": {"name": self.robot[0], "sha256": self.robot[1]},
-            "model": self.model,
-            "cables": list(self.cables),
-            "question": {
-                "command": "ik",
-                "position_m": list(question.position),
-                "quaternion_wxyz": list(question.quaternion),
-                "taut": None if question.taut is None else list(question.taut),
-                "slack_margin": question.slack_margin,
-                "settle": question.settle,
-                "settle_within_m": question.settle_within,
-                "static": question.static,
-                "wrench_tolerance": question.wrench_tolerance,
-                "external_force_N": list(question.external_force),
-            },
-            "message": self.message,
-            "static": self.is_static,
-            "pose": {
-                "position_m": list(self.position),
-                "rotation": [list(row) for row in self.rotation],
-                "quaternion_wxyz": list(self.quaternion),
-                "rpy_rad": list(self.rpy),
-            },
-            "distances_m": list(self.distances),
-            "lengths_m": None if self.lengths is None else list(self.lengths),
-            "lengths_option": self.lengths_option,
-            "tensions_N": list(self.tensions),
-            "residual": {"force_N": list(self.residual_force), "moment_N_m": list(self.residual_moment)},
-            "settled": None
-            if settling is None
-            else {
-                "succeeded": settling.succeeded,
-                "found": settling.found,
-                "distance_m": settling.distance,
-                "angle_rad": settling.angle,
-                "travel_m": settling.travel,
-            },
-            "outside_tension_limits": list(self.outside_tension_limits),
-        }
+        from solvers.answers.document import to_document
+
+        return to_document(self, FORMAT, self.cables)
 
     def to_json(self) -> str:
         """Return the document as text; ``from_json`` restores every double."""
@@ -166,65 +211,11 @@ class IkResult:
         InputError
             The text is not JSON, has another format, or a key is missing or of a wrong kind.
         """
-        try:
-            root = document if isinstance(document, Mapping) else json.loads(document)
-            if root["format"] != FORMAT:
-                raise InputError(f"ik result.format: must be '{FORMAT}', got {root['format']!r}")
-            return _from_dict(root)
-        except KeyError as error:
-            raise InputError(f"ik result: missing key {error}") from None
-        except (TypeError, ValueError, RecursionError) as error:
-            raise InputError(f"ik result: not a {FORMAT} document: {error}") from None
+        from solvers.answers.document import from_document
+
+        return from_document(document, cls, FORMAT, "ik result")
 
 
-def _from_dict(root: Mapping[str, Any]) -> IkResult:
-    asked, pose, settled = root["question"], root["pose"], root["settled"]
-    rows = [_triple(row) for row in pose["rotation"]]
-    return IkResult(
-        tool=(root["tool"]["name"], root["tool"]["version"]),
-        robot=(root["robot"]["name"], root["robot"]["sha256"]),
-        model=root["model"],
-        cables=tuple(root["cables"]),
-        question=IkQuestion(
-            taut=None if asked["taut"] is None else tuple(asked["taut"]),
-            slack_margin=asked["slack_margin"],
-            settle=asked["settle"],
-            settle_within=asked["settle_within_m"],
-            static=asked["static"],
-            wrench_tolerance=asked["wrench_tolerance"],
-            external_force=_triple(asked["external_force_N"]),
-            position=_triple(asked["position_m"]),
-            quaternion=_quadruple(asked["quaternion_wxyz"]),
-        ),
-        position=_triple(pose["position_m"]),
-        rotation=(rows[0], rows[1], rows[2]),
-        quaternion=_quadruple(pose["quaternion_wxyz"]),
-        rpy=_triple(pose["rpy_rad"]),
-        distances=tuple(root["distances_m"]),
-        lengths=None if root["lengths_m"] is None else tuple(root["lengths_m"]),
-        tensions=tuple(root["tensions_N"]),
-        is_static=root["static"],
-        residual_force=_triple(root["residual"]["force_N"]),
-        residual_moment=_triple(root["residual"]["moment_N_m"]),
-        settling=None
-        if settled is None
-        else Settling(
-            settled["succeeded"],
-            settled["found"],
-            settled["distance_m"],
-            settled["angle_rad"],
-            settled["travel_m"],
-        ),
-        outside_tension_limits=tuple(root["outside_tension_limits"]),
-        message=root["message"],
-    )
-
-
-def _triple(values: Any) -> Triple:
-    x, y, z = values
-    return float(x), float(y), float(z)
-
-
-def _quadruple(values: Any) -> tuple[float, float, float, float]:
-    w, x, y, z = values
-    return float(w), float(x), float(y), float(z)
+def lengths_option(lengths: tuple[float, ...] | None) -> str | None:
+    """Return lengths as ``--lengths`` takes them, each restoring its double."""
+    return None if lengths is None else ",".join(repr(length) for length in lengths)

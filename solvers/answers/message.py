@@ -15,7 +15,8 @@ _STOPPED = {
 }
 _ALL = re.compile(r"(\d+) static poses?, proved to be all(?:;|$)")
 _SOME = re.compile(
-    rf"(?:{'|'.join(_STOPPED.values())}): (\d+) static poses? proved(?:, (\d+) open entr(?:y|ies))?(?:[,;]|$)"
+    rf"(?:{'|'.join(_STOPPED.values())}): (\d+) static poses? proved"
+    r"(?:, (?:\d+ of them )?with an undecided cable)?(?:(?:; besides|), (\d+) open entr(?:y|ies))?(?:[,;]|$)"
 )
 
 
@@ -28,17 +29,23 @@ def message_of(answer: Answer) -> str:
             return answer.message or "there is no static pose for these lengths"
         text = f"{poses}, proved to be all"
     else:
-        parts = [f"{_STOPPED[answer.stop_reason]}: {poses} proved", *_left_open(answer)]
-        text = ", ".join(parts)
+        text = f"{_STOPPED[answer.stop_reason]}: {poses} proved{_with_open_cables(answer, proved)}"
+        if left := _left_open(answer):
+            text += f"; besides, {', '.join(left)}"
     return f"{text}; {answer.message}" if answer.message else text
 
 
-def _left_open(answer: Answer) -> list[str]:
-    unproved = sum(not solution.is_proved for solution in answer.solutions)
+def _with_open_cables(answer: Answer, proved: int) -> str:
+    """Return how many of the proved poses have a cable of which it is open whether it is taut."""
     just = sum(solution.is_proved and solution.has_open_cable for solution in answer.solutions)
+    of_them = f"{just} of them " if proved > 1 else ""
+    return f", {of_them}with an undecided cable" if just else ""
+
+
+def _left_open(answer: Answer) -> list[str]:
+    """Return what is no proved pose, counted: none of it may be added to those."""
+    unproved = sum(not solution.is_proved for solution in answer.solutions)
     left = [f"{counted(unproved, 'open entry', 'open entries')}"] if unproved else []
-    if just:
-        left.append(f"{just} with an undecided cable")
     if answer.undecided:
         left.append(f"{counted(len(answer.undecided), 'region')} undecided")
     if answer.pending:

@@ -1,128 +1,184 @@
-"""The short table of a result: only digits that are proved, angles in degrees."""
+"""A result as text: its sentence, a row or a block for every pose, and what is left undecided.
+
+Rows where they fit, otherwise blocks, so that no number is broken: a terminal has its width, a pipe or a file
+none, and ``COLUMNS`` overrides both.
+"""
 
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+import textwrap
+from collections.abc import Iterator, Sequence
 from typing import TextIO
 
 from cdpr_interval.mechanics.stability import Stability
-from solvers.answers.angles import rpy_enclosures
-from solvers.answers.data import CableState, Certainty, Solution
-from solvers.answers.digits import proved_decimal, proved_significant
-from solvers.answers.result import Result
+from solvers.answers.data import Question, ResultData
+from solvers.answers.pose_row import POINT_MASS, PoseRow, pose_rows
+from solvers.answers.region_row import PAGE, RegionRow, advice, reasons, region_rows
 
-DECIMALS = 6
-"""Of positions: a micrometre; the JSON holds every digit."""
-ANGLE_DECIMALS = 4
-TENSION_DIGITS = 6
-_COLOURS = {Stability.STABLE: "green", Stability.UNDECIDED: "yellow", Stability.UNSTABLE: "red"}
+Segment = tuple[str, str]
+"""A text and its style."""
+Line = list[Segment]
+UNLIMITED = 1_000_000
+"""Columns of a file."""
+NARROWEST = 40
+"""Columns below which lines are left to the terminal."""
+MOST_REGIONS = 20
+"""That are listed; the JSON and the report have all."""
+MARGIN = "    "
+_HARD = "\u00a0"
+"""Stands for a space at which no line may end."""
+_STYLES = {Stability.STABLE: "green", Stability.UNDECIDED: "yellow", Stability.UNSTABLE: "red"}
 
 
-def print_result(result: Result, stream: TextIO) -> None:
+def print_result(result: ResultData, stream: TextIO) -> None:
     """Print the result as a table, with colour only on a terminal."""
-    title = f"{result.robot.name} ({result.model}, {len(result.cables)} cables): {result.message}"
-    head, rows = table(result)
+    width = _columns(stream)
     if stream.isatty():
-        _print_rich(title, head, rows, result, stream)
+        from rich.console import Console
+        from rich.text import Text
+
+        console = Console(file=stream, no_color=bool(os.environ.get("NO_COLOR")), highlight=False)
+        for line in _lines(result, width):
+            console.print(Text.assemble(*line), soft_wrap=True)
     else:
-        stream.write(title + "\n")
-        if rows:
-            stream.writelines(line + "\n" for line in _aligned([head, *rows]))
-    stream.writelines(line + "\n" for line in _undecided(result))
+        stream.write(text_of(result, width))
     stream.flush()
 
 
-def table(result: Result) -> tuple[list[str], list[list[str]]]:
-    """Return the head and the rows of the table as text."""
-    platform = result.model != "point-mass"
-    head = ["#", "taut", "stability", "x m", "y m", "z m"]
-    head += ["roll deg", "pitch deg", "yaw deg"] if platform else []
-    head += ["tensions N"]
-    rows = [_row(number, solution, result, platform) for number, solution in enumerate(result.solutions, 1)]
-    if any(row[-1] for row in rows):
-        return [*head, "remarks"], rows
-    return head, [row[:-1] for row in rows]
+def text_of(result: ResultData, width: int = UNLIMITED) -> str:
+    """Return the table as plain text.
+
+    Parameters
+    ----------
+    result : ResultData
+    width : int
+        Columns: poses and regions whose rows are longer become blocks, longer sentences several lines.
+    """
+    lines = ("".join(text for text, _ in line).rstrip() + "\n" for line in _lines(result, width))
+    return "".join(lines)
 
 
-def _row(number: int, solution: Solution, result: Result, platform: bool) -> list[str]:
-    cells = [str(number), ",".join(result.cables[i] for i in solution.taut) or "-", solution.stability.value]
-    cells += [proved_decimal(lo, hi, DECIMALS) for lo, hi in solution.position.tolist()]
-    if platform:
-        angles = rpy_enclosures(solution.rotation)
-        cells += ["?" if angle is None else proved_decimal(*angle, ANGLE_DECIMALS) for angle in angles]
-    tense = [i for i, state in enumerate(solution.cable_states) if state is not CableState.SLACK]
-    cells.append(" ".join(_tension(solution, i) for i in tense))
-    return [*cells, _remarks(solution, result)]
+def title_of(result: ResultData) -> str:
+    """Return what was asked, without the lengths, and the sentence of the result."""
+    asked = asked_only(result.question, result.cables)
+    return f"{result.robot.name} ({result.model}, {len(result.cables)} cables){asked}: {result.message}"
 
 
-def _tension(solution: Solution, cable: int) -> str:
-    lo, hi = solution.tensions[cable].tolist()
-    return proved_significant(lo, hi, TENSION_DIGITS)
+def asked_only(question: Question, cables: Sequence[str]) -> str:
+    """Return by what a question was narrowed or widened, after a comma; empty for the usual one."""
+    parts = []
+    if question.taut is not None:
+        parts.append(f"for taut {','.join(cables[i] for i in question.taut)} only")
+    if question.ignore_slack:
+        parts.append("other cables slack or not")
+    if question.ignore_tension_sign:
+        parts.append("tensions of any sign")
+    return "".join(f", {part}" for part in parts)
 
 
-def _remarks(solution: Solution, result: Result) -> str:
-    remarks = []
-    if not solution.is_proved:
-        kinds = {"existence": solution.existence, "uniqueness": solution.uniqueness}
-        unproved = " and ".join(kind for kind, value in kinds.items() if value is Certainty.UNDECIDED)
-        remarks.append(f"{unproved} not proved")
-    if names := _in_state(solution, result, CableState.UNDECIDED):
-        remarks.append(f"taut or slack undecided: {names}")
-    if names := _in_state(solution, result, CableState.SWITCHING):
-        remarks.append(f"switching, one pose either way: {names}")
-    if solution.slack_respected is False:
-        remarks.append("other cables are not slack")
-    if solution.family is not None:
-        remarks.append(f"family: {solution.family.kind}")
-    if solution.note:
-        remarks.append(solution.note)
-    return "; ".join(remarks)
+def _columns(stream: TextIO) -> int:
+    """Return how wide lines may be."""
+    given = os.environ.get("COLUMNS", "")
+    if given.isdecimal() and int(given) > 0:
+        columns = int(given)
+    else:
+        try:
+            columns = os.get_terminal_size(stream.fileno()).columns if stream.isatty() else UNLIMITED
+        except (OSError, ValueError):
+            columns = UNLIMITED
+    return columns if columns >= NARROWEST else UNLIMITED
 
 
-def _in_state(solution: Solution, result: Result, state: CableState) -> str:
-    states = zip(result.cables, solution.cable_states, strict=True)
-    return ",".join(name for name, own in states if own is state)
+def _lines(result: ResultData, width: int) -> Iterator[Line]:
+    for line in _wrapped(title_of(result), width):
+        yield [(line, "bold")]
+    yield from _poses(pose_rows(result), result.model != POINT_MASS, width)
+    regions = region_rows(result)
+    if regions:
+        yield from _regions(regions, width)
+    hints = advice(result)
+    for hint in hints:
+        yield from _prose(f"what helps: {hint}", width)
+    if hints:
+        yield from _prose(f"reading what is left open: {PAGE}", width)
 
 
-def _undecided(result: Result) -> list[str]:
-    lines = []
-    for cluster in result.undecided:
-        taut = ",".join(result.cables[i] for i in cluster.taut)
-        place = ", ".join(proved_decimal(lo, hi, DECIMALS) for lo, hi in cluster.position.tolist())
-        lines.append(f"undecided: taut {taut}, {cluster.cells} cells at ({place}) m: {cluster.reason}")
+def _poses(rows: Sequence[PoseRow], turns: bool, width: int) -> Iterator[Line]:
+    if not rows:
+        return
+    head = ["#", "taut", "stability", "x m", "y m", "z m", *(("roll", "pitch", "yaw") if turns else ())]
+    head += ["tensions N", "remarks"]
+    body = [
+        [str(row.number), row.taut, row.mark, *row.position, *row.angles, row.tensions_text, row.remarks]
+        for row in rows
+    ]
+    table = _aligned([head, *body], left=("taut", "stability", "tensions N", "remarks"))
+    if max(map(_length, table)) <= width:
+        yield table[0]
+        for row, (number, taut, (mark, _), *others) in zip(rows, table[1:], strict=True):
+            yield [number, taut, (mark, _STYLES[row.stability]), *others]
+        return
+    for row in rows:
+        yield []
+        yield [(f"{row.number}  taut {row.taut}  ", ""), (row.mark.strip(), _STYLES[row.stability])]
+        yield from _cells("pose m", [*row.position, *row.angles], width)
+        yield from _cells("tensions N", [" ".join(tension) for tension in row.tensions], width)
+        if row.remarks:
+            yield from _prose(f"{MARGIN}{row.remarks}", width)
+
+
+def _regions(rows: Sequence[RegionRow], width: int) -> Iterator[Line]:
+    yield []
+    head = ["undecided", "taut", "cells", "size m", "size deg", "x m", "y m", "z m"]
+    shown = rows[:MOST_REGIONS]
+    body = [[row.name, row.taut, str(row.cells), row.metres, row.degrees, *row.position] for row in shown]
+    table = _aligned([head, *body], left=("undecided", "taut"))
+    if max(map(_length, table)) <= width:
+        yield from table
+    else:
+        for row in shown:
+            yield from _prose(f"undecided {row.name}  taut {row.taut}, {row.cells} cells", width)
+            yield from _cells("size", [row.size], width)
+            yield from _cells("place m", row.position, width)
+    if len(rows) > len(shown):
+        more = f"... {len(rows) - len(shown)} more, to {rows[-1].name}: in --json and in a report"
+        yield from _prose(more, width)
+    for names, reason in reasons(rows).items():
+        yield from _prose(f"{names}: {reason}", width)
+
+
+def _aligned(rows: Sequence[Sequence[str]], left: Sequence[str]) -> list[Line]:
+    """Return rows with aligned columns, those named to the left, without those that are empty."""
+    columns = [column for column in zip(*rows, strict=True) if any(column[1:])]
+    lines: list[Line] = [[] for _ in rows]
+    for column in columns:
+        widest = max(map(len, column))
+        for line, cell in zip(lines, column, strict=True):
+            padded = cell.ljust(widest) if column[0] in left else cell.rjust(widest)
+            line.append((f"{padded}  ", ""))
     return lines
 
 
-def _aligned(rows: Sequence[Sequence[str]]) -> list[str]:
-    widths = [max(len(cell) for cell in column) for column in zip(*rows, strict=True)]
-    last = len(widths) - 1
-    return [
-        "  ".join(
-            cell if i == last else cell.rjust(width) if i == 0 or i > 2 else cell.ljust(width)
-            for i, (cell, width) in enumerate(zip(row, widths, strict=True))
-        ).rstrip()
-        for row in rows
-    ]
+def _length(line: Line) -> int:
+    return len("".join(text for text, _ in line).rstrip())
 
 
-def _print_rich(
-    title: str, head: Sequence[str], rows: Sequence[Sequence[str]], result: Result, stream: TextIO
-) -> None:
-    from rich.console import Console
-    from rich.table import Table
-    from rich.text import Text
+def _cells(title: str, cells: Sequence[str], width: int) -> Iterator[Line]:
+    """Yield cells under a title, none of them broken."""
+    text = ", ".join(cell.replace(" ", _HARD) for cell in cells)
+    start = f"{MARGIN}{title:<11}"
+    for line in _wrapped(start.replace(" ", _HARD) + text, width, _HARD * len(start)):
+        yield [(line, "")]
 
-    console = Console(file=stream, no_color=bool(os.environ.get("NO_COLOR")), highlight=False)
-    console.print(Text(title, style="bold"))
-    if not rows:
-        return
-    layout = Table(box=None, pad_edge=False)
-    for i, name in enumerate(head):
-        layout.add_column(name, justify="right" if i == 0 or 2 < i < len(head) - 1 else "left")
-    for row, solution in zip(rows, result.solutions, strict=True):
-        colour = _COLOURS[solution.stability]
-        layout.add_row(*(Text(cell, style=colour if i == 2 else "") for i, cell in enumerate(row)))
-    # A number cut short by a narrow terminal would be a wrong number: let long lines wrap instead.
-    console.width = max(console.width, *(len(line) for line in _aligned([head, *rows])))
-    console.print(layout)
+
+def _prose(text: str, width: int) -> Iterator[Line]:
+    for line in _wrapped(text, width, MARGIN):
+        yield [(line, "")]
+
+
+def _wrapped(text: str, width: int, indent: str = "") -> list[str]:
+    lines = textwrap.wrap(
+        text, width, subsequent_indent=indent, break_long_words=False, break_on_hyphens=False
+    )
+    return [line.replace(_HARD, " ") for line in lines]

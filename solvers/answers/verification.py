@@ -61,11 +61,14 @@ def _bookkeeping(result: ResultData) -> Iterator[str]:
     for number, solution in enumerate(result.solutions):
         if asked is not None and not set(solution.taut) <= set(asked):
             yield f"solutions[{number}]: taut cables outside the subset that was asked for"
+    origin = result.provenance
+    if origin is not None and origin.robot.sha256 != result.robot.sha256:
+        yield "provenance: holds another robot than the one that is named (its digest differs)"
     yield from contradictions(result)
 
 
 def _identity(result: ResultData, robot: Robot) -> Iterator[str]:
-    if result.robot.sha256 != robot.sha256:
+    if not result.is_about(robot):
         yield f"robot: the result is about another file ({result.robot.name}, this is {robot.name})"
     if result.cables != robot.cable_names:
         yield "cables: not the cables of this robot"

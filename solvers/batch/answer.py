@@ -13,7 +13,7 @@ from solvers.answers.json_text import Json
 from solvers.answers.result import Result
 from solvers.batch.job import canonical
 
-SHARED = ("format", "tool", "robot", "model", "cables", "question", "statistics")
+SHARED = ("format", "tool", "robot", "model", "cables", "question", "statistics", "provenance")
 """Keys of a result that follow from the job, or that no two runs share."""
 CERTAIN = {"existence": "proved", "uniqueness": "proved"}
 """Of nearly every solution: left out where it is so."""
@@ -44,7 +44,7 @@ def answer_text(result: Result) -> str:
     return canonical(document)
 
 
-def result_document(answer: Json, robot: Robot, question: Json, tool: Json) -> Json:
+def result_document(answer: Json, robot: Robot, question: Json, tool: Json, provenance: Json) -> Json:
     """Return the ``cdpr-result/1`` document of a kept answer; its times are 0.
 
     Parameters
@@ -53,7 +53,7 @@ def result_document(answer: Json, robot: Robot, question: Json, tool: Json) -> J
         As `answer_text` wrote it.
     robot : Robot
         The robot of the job, perturbed where the job says so.
-    question, tool : dict
+    question, tool, provenance : dict
         As they stand in the document.
     """
     model = robot.model
@@ -83,6 +83,7 @@ def result_document(answer: Json, robot: Robot, question: Json, tool: Json) -> J
         "undecided": undecided,
         "subsets": subsets,
         "statistics": {"cells": cells, "time_s": 0.0, "threads": 1},
+        "provenance": provenance,
     }
 
 

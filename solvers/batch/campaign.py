@@ -8,23 +8,26 @@ import time
 from collections.abc import Callable
 from contextlib import ExitStack, suppress
 from dataclasses import asdict, dataclass, replace
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
 from cdpr_interval.errors import InputError
-from cdpr_interval.files.document import parse_document
 from cdpr_interval.files.literal import printable
-from cdpr_interval.files.validation import Models
 from cdpr_interval.robots.cable_robot import Robot
+from solvers.answers.document import to_json
+from solvers.answers.provenance import Provenance
 from solvers.answers.tool import this_tool
-from solvers.batch import job_schema, tables
+from solvers.batch import tables
 from solvers.batch.executor import Executor
-from solvers.batch.job_file import Batch, Outputs, outputs_of
-from solvers.batch.ledger import Ledger
+from solvers.batch.job_file import Batch, Outputs, block_of, outputs_of
+from solvers.batch.ledger import Ledger, Recorded
 from solvers.batch.ledger_file import FILE
 from solvers.batch.run import BatchProgress, BatchRun
 from solvers.batch.summary import Summary, write_summary
 from solvers.batch.work import Chunk, Task, solve_chunk
+from solvers.questions.force import ZERO, read_force
+from solvers.questions.lengths import read_lengths
 
 ESTIMATE_SECONDS = 10.0
 """Time that an estimate may take."""
@@ -32,7 +35,6 @@ ESTIMATE_SECONDS_A_JOB = 2.0
 """After which one of them is given up."""
 ESTIMATE_JOBS = 3
 """Tried of each problem and robot."""
-JOB_FILE = "jobs.yaml"
 STOPPED = '"stop_reason":"time_limit"'
 """In the text of an answer."""
 
@@ -117,12 +119,12 @@ def write_tables(ledger: Ledger) -> dict[str, Any]:
     return document
 
 
-def summary_of(ledger: Ledger) -> dict[str, Any]:
-    """Return the summary of what a ledger has now."""
+def counted(ledger: Ledger) -> Summary:
+    """Return the summary with the numbers it is made of."""
     names, cables, found = _robot_names(ledger), tables.cable_names(ledger), Summary(ledger)
     for job in ledger.recorded():
         found.add(job, list(tables.job_rows(job, names[job.robot], cables[job.robot])))
-    return found.to_json()
+    return found
 
 
 def _robot_names(ledger: Ledger) -> dict[str, str]:
@@ -131,9 +133,7 @@ def _robot_names(ledger: Ledger) -> dict[str, str]:
 
 def _outputs(ledger: Ledger) -> Outputs:
     """Return the outputs of the job file that the ledger keeps."""
-    document = parse_document(ledger.fact("job_file"), JOB_FILE)
-    models = Models(job_schema.BatchBlock, job_schema.BLOCKS, job_schema.TAGS)
-    return outputs_of(models.validated(document).outputs)
+    return outputs_of(block_of(ledger.fact("job_file")).outputs)
 
 
 def robot_of(ledger: Ledger, number: int) -> Robot:
@@ -156,7 +156,7 @@ def result_of(ledger: Ledger, number: int) -> dict[str, Any]:
         raise InputError(f"job {number}: there is none")
     if job.answer is None:
         raise InputError(f"job {number}: {job.status.value}{': ' + job.message if job.message else ''}")
-    asked, settings = json.loads(job.input), ledger.settings()
+    asked, answer, settings = json.loads(job.input), json.loads(job.answer), ledger.settings()
     question = {
         "command": "fk",
         "taut": asked.get("taut"),
@@ -167,7 +167,20 @@ def result_of(ledger: Ledger, number: int) -> dict[str, Any]:
         "external_force_N": [float(x) for x in asked.get("external_force_N", (0, 0, 0))],
     }
     tool = {"name": this_tool().name, "version": ledger.fact("version")}
-    return result_document(json.loads(job.answer), robot_of(ledger, number), question, tool)
+    robot = robot_of(ledger, number)
+    origin = to_json(_provenance(ledger, job, robot, asked, answer))
+    return result_document(answer, robot, question, tool, origin)
+
+
+def _provenance(
+    ledger: Ledger, job: Recorded, robot: Robot, asked: dict[str, Any], answer: dict[str, Any]
+) -> Provenance:
+    """Return where the answer of a job comes from: the lengths of a pose are the doubles of the answer."""
+    assert job.started is not None and job.seconds is not None and job.host is not None
+    ended = datetime.fromtimestamp(job.started + job.seconds, UTC).replace(microsecond=0)
+    lengths = read_lengths(asked.get("lengths_m", answer["lengths_m"]), robot.cable_names)
+    force = read_force(asked.get("external_force_N", ZERO))
+    return Provenance(ended, job.host, ledger.versions(), lengths, force, robot)
 
 
 def estimate(batch: Batch) -> Estimate:

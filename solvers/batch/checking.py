@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import multiprocessing
+import signal
 import time
 from collections import Counter
 from collections.abc import Callable
@@ -10,6 +11,7 @@ from concurrent.futures import ProcessPoolExecutor
 from functools import partial
 from pathlib import Path
 
+from certificates.verdicts import Conclusion
 from solvers.answers.result import Result
 from solvers.batch.campaign import result_of, robot_of
 from solvers.batch.ledger import CheckRow, Ledger
@@ -41,7 +43,8 @@ def check_batch(
     verdicts: Counter[str] = Counter()
     rows: list[CheckRow] = []
     begun = recorded_at = time.monotonic()
-    pool = ProcessPoolExecutor(processes, multiprocessing.get_context("spawn"))
+    others = set(multiprocessing.active_children())
+    pool = ProcessPoolExecutor(processes, multiprocessing.get_context("spawn"), initializer=_leave_interrupts)
     try:
         for row in pool.map(partial(check_job, ledger.folder, time_limit), numbers):
             rows.append(row)
@@ -51,11 +54,21 @@ def check_batch(
                 ledger.record_checks(rows)
                 rows, recorded_at = [], now
                 rate = done / max(now - begun, 1e-9)
-                bad = sum(verdicts[verdict] for verdict in REFUSED)
+                bad = sum(verdicts[conclusion] for conclusion in REFUSED)
                 report(BatchProgress(done, len(numbers), rate, (len(numbers) - done) / rate, bad))
+    except KeyboardInterrupt:
+        ledger.record_checks(rows)
+        for process in set(multiprocessing.active_children()) - others:
+            process.terminate()
+        raise
     finally:
         pool.shutdown(cancel_futures=True)
     return verdicts
+
+
+def _leave_interrupts() -> None:
+    """Let a process leave Ctrl-C to its parent, which ends it."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
 def check_job(folder: Path, time_limit: float | None, number: int) -> CheckRow:
@@ -65,7 +78,7 @@ def check_job(folder: Path, time_limit: float | None, number: int) -> CheckRow:
         assert content is not None
         job = ledger.job(number)
         if job is None or job.answer is None:
-            return CheckRow(number, "NOT PROVED", "the job has no answer")
+            return CheckRow(number, Conclusion.NOT_PROVED.value, "the job has no answer")
         robot, result = robot_of(ledger, number), Result.from_json(result_of(ledger, number))
     proof = proof_of(robot, result, content, time_limit)
-    return CheckRow(number, proof.name, proof.message)
+    return CheckRow(number, proof.conclusion.value, proof.message)

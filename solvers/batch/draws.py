@@ -46,8 +46,12 @@ class Spread:
 
     @property
     def furthest(self) -> Fraction:
-        """The largest deviation, in m or as a share."""
+        """The largest deviation, in the unit of the number or as a share."""
         return Fraction(self.width * self.cut if self.is_normal else self.width)
+
+    def reaches_zero(self, nominal: Fraction) -> bool:
+        """Return whether a positive number could be moved to zero or below."""
+        return (nominal * self.furthest if self.is_relative else self.furthest) >= nominal
 
     def draw(self, generator: random.Random) -> Decimal:
         """Return one deviation, an exact decimal."""

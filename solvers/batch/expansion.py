@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import random
 from abc import ABC, abstractmethod
 from collections.abc import Iterator
@@ -15,16 +14,20 @@ from pathlib import Path
 from typing import Any
 
 from cdpr_interval.errors import InputError
+from cdpr_interval.exact.decimals import decimal_text
 from cdpr_interval.exact.range import LengthRange
-from cdpr_interval.files.fields import is_free
 from cdpr_interval.files.literal import quote
 from cdpr_interval.robots.cable_robot import Robot, exact, exact_point
 from solvers.batch import job_schema
 from solvers.batch.draws import Spread, text_of
-from solvers.batch.job import Job, Settings, canonical, decimal_text, problem_of, range_text
+from solvers.batch.job import Job, Settings, canonical, problem_of, range_text
+from solvers.batch.length_table import read_table
 from solvers.classes import class_of
 from solvers.questions.errors import InputErrors
 from solvers.questions.lengths import read_lengths
+
+OF_PLATFORMS = ("platform_anchors_m", "centre_of_mass_m")
+"""What a point mass keeps where it is: moved, it would be another class of robot."""
 
 
 @dataclass(frozen=True)
@@ -129,6 +132,11 @@ class MonteCarlo(Expansion):
             for key in ("frame_anchors_m", "platform_anchors_m"):
                 if key in self.spreads:
                     asked[key] = self._anchors(key, generator)
+            if "mass_kg" in self.spreads:
+                asked["mass_kg"] = self._moved("mass_kg", self._nominal["mass_kg"], generator)
+            if "centre_of_mass_m" in self.spreads:
+                centre = self._nominal["centre_of_mass_m"]
+                asked["centre_of_mass_m"] = self._point("centre_of_mass_m", centre, generator)
             yield asked
 
     @cached_property
@@ -140,6 +148,8 @@ class MonteCarlo(Expansion):
             found["stiffness"] = [_decimal(k) for k in stiffness_of(self.robot)]
         found["frame_anchors_m"] = [tuple(map(_decimal, exact_point(c.frame_anchor))) for c in cables]
         found["platform_anchors_m"] = [tuple(map(_decimal, exact_point(c.platform_anchor))) for c in cables]
+        found["mass_kg"] = _decimal(exact(self.robot.platform.mass))
+        found["centre_of_mass_m"] = tuple(map(_decimal, exact_point(self.robot.platform.centre_of_mass)))
         return found
 
     def _lengths(self, generator: random.Random) -> list[str | list[str]]:
@@ -153,19 +163,21 @@ class MonteCarlo(Expansion):
             found.append(low if lo == hi else [low, text_of(spread.applied(hi, deviation))])
         return found
 
+    def _moved(self, key: str, nominal: Decimal, generator: random.Random) -> str:
+        """Return a number moved by a draw."""
+        spread = self.spreads[key]
+        return text_of(spread.applied(nominal, spread.draw(generator)))
+
     def _stiffness(self, generator: random.Random) -> list[str]:
-        spread = self.spreads["stiffness"]
-        return [text_of(spread.applied(k, spread.draw(generator))) for k in self._nominal["stiffness"]]
+        return [self._moved("stiffness", k, generator) for k in self._nominal["stiffness"]]
 
     def _anchors(self, key: str, generator: random.Random) -> list[list[str]]:
-        spread = self.spreads[key]
-        return [
-            [
-                text_of(spread.applied(x, spread.draw(generator)) if moves else x)
-                for x, moves in zip(anchor, spread.axes, strict=True)
-            ]
-            for anchor in self._nominal[key]
-        ]
+        return [self._point(key, anchor, generator) for anchor in self._nominal[key]]
+
+    def _point(self, key: str, nominal: tuple[Decimal, ...], generator: random.Random) -> list[str]:
+        """Return a point, each of the coordinates that are to be moved by a draw of its own."""
+        axes = zip(nominal, self.spreads[key].axes, strict=True)
+        return [self._moved(key, x, generator) if moves else text_of(x) for x, moves in axes]
 
 
 def _decimal(value: Fraction) -> Decimal:
@@ -231,7 +243,7 @@ def _expansion(
         errors.require_none()
         return Listed(index, robot, asked, tuple(rows))
     if isinstance(block, job_schema.CsvBlock):
-        return Listed(index, robot, asked, _table(base / block.file, block.file, robot))
+        return Listed(index, robot, asked, read_table(base / block.file, block.file, names))
     if isinstance(block, job_schema.PosesBlock):
         return PoseGrid(index, robot, asked, _axes(block, robot), bool(block.settle))
     assert isinstance(block, job_schema.MonteCarloBlock)
@@ -239,32 +251,6 @@ def _expansion(
     spreads = {key: Spread.of(spread) for key, spread in block.perturb if spread is not None}
     _check_spreads(spreads, robot, lengths)
     return MonteCarlo(index, robot, asked, lengths, block.samples, block.seed, spreads)
-
-
-def _table(path: Path, name: str, robot: Robot) -> tuple[tuple[LengthRange, ...], ...]:
-    """Return the rows of a CSV file whose head names the cables; other columns are notes or ``x_...``."""
-    try:
-        with path.open(newline="", encoding="utf-8-sig") as stream:
-            table = list(csv.reader(stream))
-    except (OSError, UnicodeDecodeError, csv.Error) as error:
-        reason = error.strerror if isinstance(error, OSError) else str(error)
-        raise InputError(f"file {quote(name)}: {reason}") from None
-    if len(table) < 2:
-        raise InputError(f"file {quote(name)}: needs a head with the cables' names and at least one row")
-    head = [title.strip() for title in table[0]]
-    rows, errors = [], InputErrors()
-    for line, row in enumerate(table[1:], 2):
-        if not any(cell.strip() for cell in row):
-            continue
-        place = f"file {quote(name)} line {line}"
-        if len(row) != len(head):
-            errors.add(f"{place}: {len(row)} cells under {len(head)} titles")
-            continue
-        cells = [(title, cell) for title, cell in zip(head, row, strict=True) if not is_free(title)]
-        text = ",".join(f"{title}={cell.strip()}" for title, cell in cells)
-        rows.append(errors.read(read_lengths, text, robot.cable_names, place) or ())
-    errors.require_none()
-    return tuple(rows)
 
 
 def _axes(block: job_schema.PosesBlock, robot: Robot) -> tuple[tuple[Fraction, ...], ...]:
@@ -292,15 +278,15 @@ def _check_spreads(spreads: dict[str, Spread], robot: Robot, lengths: tuple[Leng
             errors.append("perturb.stiffness: needs a relative width")
         elif spreads["stiffness"].furthest >= 1:
             errors.append("perturb.stiffness: could become zero")
-    for key in ("frame_anchors_m", "platform_anchors_m"):
+    for key in ("frame_anchors_m", *OF_PLATFORMS):
         if key in spreads and spreads[key].is_relative:
             errors.append(f"perturb.{key}: needs an absolute width")
-    if "platform_anchors_m" in spreads and not class_of(robot).turns:
-        errors.append(f"perturb.platform_anchors_m: {quote(robot.name)} is a point mass")
-    spread = spreads.get("lengths_m")
-    if spread is not None:
-        furthest = spread.furthest
-        if any((lo * furthest if spread.is_relative else furthest) >= lo for lo, _ in lengths):
-            errors.append("perturb.lengths_m: a length could become zero")
+    for key in OF_PLATFORMS:
+        if key in spreads and not class_of(robot).turns:
+            errors.append(f"perturb.{key}: {quote(robot.name)} is a point mass")
+    if "lengths_m" in spreads and any(spreads["lengths_m"].reaches_zero(lo) for lo, _ in lengths):
+        errors.append("perturb.lengths_m: a length could become zero")
+    if "mass_kg" in spreads and spreads["mass_kg"].reaches_zero(exact(robot.platform.mass)):
+        errors.append("perturb.mass_kg: could become zero")
     if errors:
         raise InputError(*errors)

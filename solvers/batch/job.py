@@ -9,9 +9,9 @@ from __future__ import annotations
 import hashlib
 import json
 from dataclasses import asdict, dataclass, replace
-from fractions import Fraction
 from typing import Any
 
+from cdpr_interval.exact.decimals import decimal_text
 from cdpr_interval.exact.range import LengthRange
 from cdpr_interval.exact.vector import Vector
 from cdpr_interval.files.literal import read_number
@@ -20,7 +20,7 @@ from solvers.questions.problem import Method, Options, Problem
 
 Question = tuple[str, int, int, str]
 """Robot, problem, item and input of a job."""
-PERTURBED = ("stiffness", "frame_anchors_m", "platform_anchors_m")
+PERTURBED = ("stiffness", "frame_anchors_m", "platform_anchors_m", "mass_kg", "centre_of_mass_m")
 """Keys of a job's input that change the robot."""
 
 
@@ -94,23 +94,6 @@ def key_prefix(version: str, settings: Settings) -> bytes:
     return f"cdpr-interval {version}\n{settings.to_json()}\n".encode()
 
 
-def decimal_text(value: Fraction) -> str:
-    """Return the exact decimal of a fraction whose denominator has factors 2 and 5 only."""
-    digits, rest = 0, value.denominator
-    for factor in (2, 5):
-        count = 0
-        while rest % factor == 0:
-            rest, count = rest // factor, count + 1
-        digits = max(digits, count)
-    if rest != 1:
-        raise ValueError(f"{value} is no finite decimal")
-    if digits == 0:
-        return str(value.numerator)
-    scaled = abs(value.numerator) * 10**digits // value.denominator
-    text = str(scaled).rjust(digits + 1, "0")
-    return f"{'-' if value < 0 else ''}{text[:-digits]}.{text[-digits:]}"
-
-
 def range_text(bounds: LengthRange) -> str | list[str]:
     """Return a length as canonical text: one decimal, or two for a range."""
     lo, hi = bounds
@@ -134,7 +117,7 @@ def is_perturbed(asked: dict[str, Any]) -> bool:
 
 
 def perturbed(robot: Robot, asked: dict[str, Any]) -> Robot:
-    """Return the robot that a job is about; no file has it, so it has no digest."""
+    """Return the robot that a job is about; its digest is that of the file `Robot.to_yaml` makes of it."""
     if not is_perturbed(asked):
         return robot
     cables = list(robot.cables)
@@ -147,13 +130,20 @@ def perturbed(robot: Robot, asked: dict[str, Any]) -> Robot:
             cable.tension_limits,
             cable.winch,
         )
-    return replace(robot, cables=tuple(cables), sha256="")
+    platform = robot.platform
+    if "mass_kg" in asked:
+        platform = replace(platform, mass=read_number(asked["mass_kg"]))
+    if "centre_of_mass_m" in asked:
+        platform = replace(platform, centre_of_mass=_exact(asked["centre_of_mass_m"]))
+    return replace(robot, platform=platform, cables=tuple(cables))
 
 
 def _vector(asked: dict[str, Any], key: str, cable: int) -> Vector | None:
-    if key not in asked:
-        return None
-    x, y, z = (read_number(text) for text in asked[key][cable])
+    return _exact(asked[key][cable]) if key in asked else None
+
+
+def _exact(texts: list[str]) -> Vector:
+    x, y, z = map(read_number, texts)
     return x, y, z
 
 

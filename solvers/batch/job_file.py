@@ -11,7 +11,6 @@ from typing import Any
 from cdpr_interval.errors import InputError
 from cdpr_interval.files.document import Document, Node, parse_document, read_bytes
 from cdpr_interval.files.literal import quote
-from cdpr_interval.files.validation import Models
 from solvers.batch import job_schema
 from solvers.batch.expansion import Expansion, expansion_of
 from solvers.batch.job import Job, Question, Settings
@@ -80,7 +79,7 @@ def _read(document: Document, data: bytes, path: Path) -> Batch:
         # Another format: complaints about its keys would only mislead.
         document.report(stated, "format", f"must be {quote(job_schema.BATCH_FORMAT)}, got {stated.kind}")
         document.require_valid()
-    block = Models(job_schema.BatchBlock, job_schema.BLOCKS, job_schema.TAGS).validated(document)
+    block = job_schema.MODELS.validated(document)
     root = document.root.mapping
     robots = read_robots(document, block.robots, root["robots"].items, path.parent)
     document.require_valid()
@@ -139,6 +138,11 @@ def _settings(block: job_schema.OptionsBlock | None) -> Settings:
         if key in given:
             given[key] = float(given[key])
     return Settings(**given)
+
+
+def block_of(text: str) -> job_schema.BatchBlock:
+    """Return what a job file says that was read before, as a ledger keeps it."""
+    return job_schema.MODELS.validated(parse_document(text, "jobs.yaml"))
 
 
 def outputs_of(block: job_schema.OutputsBlock | None) -> Outputs:

@@ -27,6 +27,7 @@ from cdpr_interval.files.fields import (
     type_tag,
 )
 from cdpr_interval.files.literal import quote
+from cdpr_interval.files.validation import Models
 from solvers.questions.problem import Method
 
 BATCH_FORMAT = "cdpr-batch/1"
@@ -109,7 +110,7 @@ class SpreadBlock(Block):
 
 
 class AnchorSpreadBlock(SpreadBlock):
-    """How the coordinates of anchors are drawn."""
+    """How the coordinates of points are drawn."""
 
     axes: Annotated[list[one_of(*AXES)], Field(min_length=1)] | None = None  # type: ignore[valid-type]
     """The coordinates that are moved; default all three."""
@@ -125,6 +126,10 @@ class PerturbBlock(Block):
     """Each coordinate, absolute widths only."""
     platform_anchors_m: AnchorSpreadBlock | None = None
     """The same, for platforms."""
+    mass_kg: SpreadBlock | None = None
+    """Of the platform or the point mass."""
+    centre_of_mass_m: AnchorSpreadBlock | None = None
+    """Of a platform, each coordinate, absolute widths only."""
 
     @model_validator(mode="after")
     def _something(self) -> PerturbBlock:
@@ -292,7 +297,12 @@ BLOCKS: dict[str, type[Block]] = {
     "stiffness": SpreadBlock,
     "frame_anchors_m": AnchorSpreadBlock,
     "platform_anchors_m": AnchorSpreadBlock,
+    "mass_kg": SpreadBlock,
+    "centre_of_mass_m": AnchorSpreadBlock,
 }
 """Each block by the last name of its place, for suggestions."""
 TAGS = (*PROBLEMS, "<robot>", "<folder>", "<axis>", "<place>")
 """They occur in pydantic's error locations only."""
+
+MODELS = Models(BatchBlock, BLOCKS, TAGS, word=BATCH_FORMAT)
+"""What a job file is checked against."""

@@ -6,6 +6,7 @@ are pending again, the others are never done twice.
 
 from __future__ import annotations
 
+import json
 import sqlite3
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
@@ -16,7 +17,17 @@ from typing import IO, Any
 
 from cdpr_interval.files.literal import printable
 from solvers.batch.job import Job, Question, Settings
-from solvers.batch.ledger_file import FILE, FORMAT, LOCK, LedgerError, connected, explained, locked, write
+from solvers.batch.ledger_file import (
+    FILE,
+    FORMAT,
+    LOCK,
+    LedgerError,
+    UnusableLedger,
+    connected,
+    explained,
+    locked,
+    write,
+)
 from solvers.batch.robot_files import RobotFile
 from solvers.batch.work import JobOutcome, Status, Task
 
@@ -58,7 +69,7 @@ class CheckRow:
 
     number: int
     verdict: str
-    """As `solvers.proofs.check.Proof.name`."""
+    """As `certificates.verdicts.Conclusion`."""
     message: str
 
 
@@ -102,8 +113,10 @@ class Ledger:
 
         Raises
         ------
-        LedgerError
+        UnusableLedger
             No ledger, another format, another version of the solver, or another process writes it.
+        LedgerError
+            It cannot be read.
         """
         return cls._opened(folder, version, lock=True)
 
@@ -116,7 +129,7 @@ class Ledger:
     def _opened(cls, folder: Path, version: str | None, lock: bool) -> Ledger:
         path = folder / FILE
         if not path.is_file():
-            raise LedgerError(f"{printable(str(folder))}: no batch there ({FILE} is missing)")
+            raise UnusableLedger(f"{printable(str(folder))}: no batch there ({FILE} is missing)")
         held = locked(folder) if lock else None
         try:
             with explained(path):
@@ -135,13 +148,13 @@ class Ledger:
             found, written = self.fact("format"), self.fact("version")
         except (sqlite3.Error, LedgerError, TypeError):
             self._connection.close()
-            raise LedgerError(f"{printable(str(path))}: is no ledger of a batch") from None
+            raise UnusableLedger(f"{printable(str(path))}: is no ledger of a batch") from None
         if found != FORMAT:
             self._connection.close()
-            raise LedgerError(f"{printable(str(path))}: format {found}, this version reads {FORMAT}")
+            raise UnusableLedger(f"{printable(str(path))}: format {found}, this version reads {FORMAT}")
         if version is not None and written != version:
             self._connection.close()
-            raise LedgerError(
+            raise UnusableLedger(
                 f"{printable(str(path))}: written by version {written}, this is {version}: their answers"
                 " must not be mixed; use a new folder"
             )
@@ -161,9 +174,14 @@ class Ledger:
         self.close()
 
     def fact(self, key: str) -> str:
-        """Return what is said about the whole batch: format, version, settings, created, job_file."""
+        """Return what is said about the whole batch, see `ledger_file.write`: version, settings, ..."""
         (value,) = self._connection.execute("SELECT value FROM meta WHERE key = ?", (key,)).fetchone()
         return str(value)
+
+    def versions(self) -> dict[str, str]:
+        """Return the versions of what the answers come from, as a result's provenance has them."""
+        found: dict[str, str] = json.loads(self.fact("versions"))
+        return found
 
     def settings(self) -> Settings:
         """Return how the problems are solved."""
@@ -215,6 +233,10 @@ class Ledger:
         """Return the jobs that have certificates."""
         return [number for (number,) in self._rows("SELECT number FROM certificates ORDER BY number")]
 
+    def claims(self) -> dict[str, int]:
+        """Return how many certificates claim what, as `certificates.verdicts.Conclusion`."""
+        return dict(self._rows("SELECT claim, COUNT(*) FROM certificates GROUP BY claim ORDER BY claim"))
+
     def checks(self) -> list[CheckRow]:
         """Return what the last checks of certificates said, by job."""
         rows = self._rows("SELECT number, verdict, message FROM checks ORDER BY number")
@@ -260,8 +282,8 @@ class Ledger:
                 [(o.number, o.answer) for o in rows if o.answer is not None],
             )
             self._connection.executemany(
-                "INSERT OR IGNORE INTO certificates VALUES (?, ?)",
-                [(o.number, o.certificate) for o in rows if o.certificate is not None],
+                "INSERT OR IGNORE INTO certificates VALUES (?, ?, ?)",
+                [(o.number, o.certificate, o.claim) for o in rows if o.certificate is not None],
             )
 
     def count_attempts(self, numbers: Iterable[int]) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import fcntl
 import itertools
+import json
 import sqlite3
 import time
 from collections.abc import Iterable, Iterator
@@ -13,10 +14,11 @@ from typing import IO
 
 from cdpr_interval.errors import CdprError, InputError
 from cdpr_interval.files.literal import printable
+from solvers.answers.provenance import versions
 from solvers.batch.job import Job, Settings, key_of, key_prefix
 from solvers.batch.robot_files import RobotFile
 
-FORMAT = "cdpr-ledger/1"
+FORMAT = "cdpr-ledger/2"
 FILE = "ledger.sqlite"
 LOCK = "ledger.lock"
 _TABLES = """
@@ -29,7 +31,8 @@ CREATE TABLE jobs (
   host TEXT, started REAL, seconds REAL, message TEXT NOT NULL DEFAULT '', whole INTEGER REFERENCES jobs);
 CREATE INDEX parts ON jobs (whole) WHERE whole IS NOT NULL;
 CREATE TABLE answers (number INTEGER PRIMARY KEY REFERENCES jobs, answer TEXT NOT NULL);
-CREATE TABLE certificates (number INTEGER PRIMARY KEY REFERENCES jobs, file BLOB NOT NULL);
+CREATE TABLE certificates (
+  number INTEGER PRIMARY KEY REFERENCES jobs, file BLOB NOT NULL, claim TEXT NOT NULL);
 CREATE TABLE checks (
   number INTEGER PRIMARY KEY REFERENCES certificates, verdict TEXT NOT NULL, message TEXT NOT NULL);
 """
@@ -37,6 +40,10 @@ CREATE TABLE checks (
 
 class LedgerError(CdprError):
     """The ledger cannot be read or written; what is in it is kept."""
+
+
+class UnusableLedger(LedgerError, InputError):
+    """There is no ledger that this program may use now: nothing was done."""
 
 
 @contextmanager
@@ -70,7 +77,7 @@ def locked(folder: Path) -> IO[bytes]:
         fcntl.flock(stream, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except OSError:
         stream.close()
-        raise LedgerError(f"{printable(str(folder))}: another process is running this batch") from None
+        raise UnusableLedger(f"{printable(str(folder))}: another process is running this batch") from None
     return stream
 
 
@@ -90,6 +97,7 @@ def write(
                 connection.execute(statement)
             facts = {"format": FORMAT, "version": version, "settings": settings.to_json()}
             facts["created"] = time.strftime("%Y-%m-%dT%H:%M:%SZ", time.gmtime())
+            facts["versions"] = json.dumps(versions())
             facts["job_file"] = text.decode("utf-8", "replace")
             connection.executemany("INSERT INTO meta VALUES (?, ?)", facts.items())
             connection.executemany(

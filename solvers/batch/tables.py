@@ -24,12 +24,23 @@ JOB_COLUMNS = {
     "undecided": int,
 }  # fmt: skip
 SOLUTION_COLUMNS = {
-    "solution": int, "taut": str, "stability": str, "proof": str, "x_m": float, "y_m": float, "z_m": float,
-    "roll_deg": float, "pitch_deg": float, "yaw_deg": float, "height_m": float, "width_m": float,
+    "solution": int, "branch": int, "taut": str, "stability": str, "proof": str,
+    "x_m": float, "y_m": float, "z_m": float, "roll_deg": float, "pitch_deg": float, "yaw_deg": float,
+    "height_m": float, "width_m": float,
 }  # fmt: skip
 NO_TURN = (0.0, 0.0, 0.0)
 MOST_ROWS = 50_000
 """Written to Parquet at a time."""
+
+
+def length_column(cable: str) -> str:
+    """Return the title of a cable's length."""
+    return f"length_{cable}_m"
+
+
+def tension_column(cable: str) -> str:
+    """Return the title of a cable's tension."""
+    return f"tension_{cable}_N"
 
 
 def cable_names(ledger: Ledger) -> dict[str, tuple[str, ...]]:
@@ -40,12 +51,12 @@ def cable_names(ledger: Ledger) -> dict[str, tuple[str, ...]]:
 def columns(ledger: Ledger) -> dict[str, type]:
     """Return the columns of the table of solutions with their types."""
     names = dict.fromkeys(name for cables in cable_names(ledger).values() for name in cables)
-    own = {f"length_{name}_m": float for name in names} | {f"tension_{name}_N": float for name in names}
+    own = dict.fromkeys([*map(length_column, names), *map(tension_column, names)], float)
     return {**JOB_COLUMNS, **SOLUTION_COLUMNS, **own, "message": str}
 
 
 def job_rows(job: Recorded, robot: str, cables: Sequence[str]) -> Iterator[Row]:
-    """Yield the rows of one job: one for each solution, or one when it has none.
+    """Yield the rows of one job: one for each solution, or one when it has none; a summary adds the branch.
 
     Numbers are in the middle of their certified bounds; ``width_m`` is the largest width of the position.
     """
@@ -63,7 +74,7 @@ def job_rows(job: Recorded, robot: str, cables: Sequence[str]) -> Iterator[Row]:
         "undecided": len(answer["undecided"]),
         "message": answer["message"],
     }
-    head |= {f"length_{name}_m": _middle(b) for name, b in zip(cables, answer["lengths_m"], strict=True)}
+    head |= {length_column(name): _middle(b) for name, b in zip(cables, answer["lengths_m"], strict=True)}
     for index, solution in enumerate(answer["solutions"]):
         yield {**head, **_solution_row(index, solution, cables)}
     if not answer["solutions"]:
@@ -83,7 +94,7 @@ def _solution_row(index: int, solution: dict[str, Any], cables: Sequence[str]) -
         **dict(zip(("roll_deg", "pitch_deg", "yaw_deg"), turn, strict=True)),
         "height_m": _middle(solution["height_m"]),
         "width_m": _width(solution["position_m"]),
-        **{f"tension_{name}_N": _middle(bounds) for name, bounds in tensions},
+        **{tension_column(name): _middle(bounds) for name, bounds in tensions},
     }
 
 

@@ -19,6 +19,7 @@ from cdpr_interval.errors import CdprError
 from cdpr_interval.robots.cable_robot import Robot
 
 if TYPE_CHECKING:
+    from solvers.answers.result import Result
     from solvers.batch.job import Settings
     from solvers.six_dof.parts import Parts
 
@@ -30,7 +31,9 @@ class Status(StrEnum):
     DONE = "done"
     """Answered; what the search left open stands in the answer."""
     NO_POSE = "no-pose"
-    """There are no lengths for the pose that was asked for."""
+    """Answered: proved that there is no static pose."""
+    NONE_FOUND = "none-found"
+    """Inverse kinematics found no lengths for the pose that was asked for, which proves nothing."""
     FAILED = "failed"
     """The solver refused it, or raised an exception."""
     CRASHED = "crashed"
@@ -79,6 +82,8 @@ class JobOutcome:
     """Wall time."""
     host: str
     certificate: bytes | None = None
+    claim: str = ""
+    """What the certificate claims, as `certificates.verdicts.Conclusion`."""
 
 
 def solve_chunk(chunk: Chunk) -> list[JobOutcome]:
@@ -106,7 +111,7 @@ def _outcomes(chunk: Chunk) -> list[JobOutcome]:
         outcomes.append(
             JobOutcome(
                 task.number, answered.status, answered.answer, answered.message, started, seconds, host,
-                answered.certificate,
+                answered.certificate, answered.claim,
             )
         )  # fmt: skip
     return outcomes
@@ -120,10 +125,19 @@ class Answered:
     answer: str | None = None
     message: str = ""
     certificate: bytes | None = None
+    claim: str = ""
+
+    @classmethod
+    def of(cls, result: Result, **proof: Any) -> Answered:
+        """Return what is said of a job with this result."""
+        from solvers.answers.data import Outcome
+        from solvers.batch.answer import answer_text
+
+        is_empty = result.outcome is Outcome.COMPLETE and not result.solutions
+        return cls(Status.NO_POSE if is_empty else Status.DONE, answer_text(result), **proof)
 
 
 def _solver(data: bytes, settings: Settings) -> Callable[[Task], Answered]:
-    from solvers.batch.answer import answer_text
     from solvers.batch.job import canonical, perturbed, problem_of
     from solvers.forward import answer_question
     from solvers.six_dof.parts import Part, solve_part
@@ -137,7 +151,7 @@ def _solver(data: bytes, settings: Settings) -> Callable[[Task], Answered]:
         if "pose" in asked:
             lengths, message = _lengths_at(perturbed(robot, asked), asked)
             if lengths is None:
-                return Answered(Status.NO_POSE, message=message)
+                return Answered(Status.NONE_FOUND, message=message)
         else:
             lengths = asked["lengths_m"]
         problem, options = problem_of(robot, asked, lengths, settings)
@@ -147,14 +161,13 @@ def _solver(data: bytes, settings: Settings) -> Callable[[Task], Answered]:
         if task.parts:
             options = replace(options, parts=_together(task.parts))
         if not settings.certificates:
-            return Answered(Status.DONE, answer_text(answer_question(problem, options)))
-        from solvers.proofs.document import certificate_bytes
+            return Answered.of(answer_question(problem, options))
+        from solvers.proofs.document import certificate_of
 
         options = replace(options, record=Record())
         result = answer_question(problem, options)
-        return Answered(
-            Status.DONE, answer_text(result), certificate=certificate_bytes(problem, options, result)
-        )
+        certificate, claim = certificate_of(problem, options, result)
+        return Answered.of(result, certificate=certificate, claim=claim.conclusion.value)
 
     return solve
 

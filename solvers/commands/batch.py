@@ -6,14 +6,12 @@ import json
 import os
 import sys
 from collections import Counter
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from solvers.commands.interrupt import interruptible
 from solvers.commands.threads import read_threads, threads_option
 from solvers.shell.completion import files, folders
 from solvers.shell.examples import examples
@@ -22,17 +20,17 @@ if TYPE_CHECKING:
     from solvers.batch.executor import Executor
     from solvers.batch.ledger import CheckRow, Ledger
     from solvers.batch.run import BatchProgress
+    from solvers.cli import Ending
+    from solvers.commands.progress import ProgressDisplay
 
 SHOWN = 10
 """Failed jobs that are listed."""
-PROVED = "PROVED"
-"""The verdict that leaves nothing open."""
 RUN = "run"
 """The command that is meant when none is named."""
 
 
 class Batches(click.Group):
-    """``batch JOBS.yaml`` is ``batch run JOBS.yaml``; what cannot be used is one line, code 3."""
+    """``batch JOBS.yaml`` is ``batch run JOBS.yaml``; a batch that cannot go on is one line, code 3."""
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
         """Put the name of the usual command where none is."""
@@ -56,15 +54,14 @@ class Batches(click.Group):
     def invoke(self, ctx: click.Context) -> Any:
         """Run a command."""
         from cdpr_interval.errors import CdprError, InputError, NotSupportedError
-        from solvers.cli import ExitCode
+        from solvers.cli import Ending, ExitCode
 
         try:
             return super().invoke(ctx)
         except (InputError, NotSupportedError):
             raise
         except CdprError as error:
-            click.echo(str(error), err=True)
-            return ExitCode.INCOMPLETE
+            return Ending(ExitCode.INCOMPLETE, str(error))
 
 
 @click.group(
@@ -76,8 +73,9 @@ class Batches(click.Group):
 def command() -> None:
     """Solve many problems: `cdpr-solve batch JOBS.yaml --out DIR`.
 
-    A batch that was killed goes on with `batch resume DIR`. Exit code 0: every job is done and complete;
-    3: something is left undecided or pending; 5: some jobs failed or crashed.
+    A batch that was killed goes on with `batch resume DIR`. Exit code 0: every job is answered and complete;
+    3: something is left undecided or pending; 5: some jobs failed or crashed; 6: nothing of these, but
+    inverse kinematics found no lengths for some poses.
     """
 
 
@@ -137,23 +135,32 @@ def resume(folder: str, retry_failed: bool, **given: Any) -> int:
 @click.option("--json", "as_json", is_flag=True, help="Print JSON.")
 def status(folder: str, as_json: bool) -> int:
     """Show how far a batch is, also while it runs."""
+    from solvers.batch.duration import duration
+    from solvers.batch.job_file import block_of
     from solvers.batch.ledger import Ledger
-    from solvers.batch.progress_line import duration
     from solvers.batch.work import Status
 
     with Ledger.peek(Path(folder)) as ledger:
         counts, everything = ledger.counts(), ledger.counts(with_parts=True)
         ended, seconds = ledger.seconds()
         facts = {key: ledger.fact(key) for key in ("version", "created")}
+        name = block_of(ledger.fact("job_file")).name
         bad = list(ledger.recorded((Status.FAILED, Status.CRASHED)))
         undecided = ledger.incomplete()
     total = sum(counts.values())
     if as_json:
         jobs = {name.value: count for name, count in counts.items()}
-        document = {**facts, "jobs": jobs, "jobs_with_undecided": len(undecided), "seconds": seconds}
+        document = {
+            "name": name,
+            **facts,
+            "jobs": jobs,
+            "jobs_with_undecided": len(undecided),
+            "seconds": seconds,
+        }
         click.echo(json.dumps(document))
         return 0
-    click.echo(f"{total - counts[Status.PENDING]} of {total} jobs ended, begun {facts['created']}")
+    named = f"{name}: " if name else ""
+    click.echo(f"{named}{total - counts[Status.PENDING]} of {total} jobs ended, begun {facts['created']}")
     click.echo(", ".join(f"{count} {name.value}" for name, count in counts.items() if count))
     parts = sum(everything.values()) - total
     if parts:
@@ -176,17 +183,23 @@ def status(folder: str, as_json: bool) -> int:
 @click.argument("job", type=click.IntRange(min=1))
 @click.option("--json", "as_json", is_flag=True, help="Print the cdpr-result/1 document.")
 @click.option("--certificate", metavar="FILE", help="Write the proof, for `check`.")
-def show(folder: str, job: int, as_json: bool, certificate: str | None) -> int:
+@click.option("--robot", metavar="FILE", help="Write the robot, perturbed as in the job, as a robot file.")
+def show(folder: str, job: int, as_json: bool, certificate: str | None, robot: str | None) -> int:
     """Show the result of one job."""
     from cdpr_interval.errors import InputError
     from solvers.answers.json_text import dumps
     from solvers.answers.result import Result
     from solvers.answers.table import print_result
-    from solvers.batch.campaign import result_of
+    from solvers.batch.campaign import result_of, robot_of
     from solvers.batch.ledger import Ledger
     from solvers.commands.target import JsonTarget
 
     with Ledger.peek(Path(folder)) as ledger:
+        if robot is not None:
+            # Also of a job without a result: that is the one to look into.
+            written = JsonTarget(robot, "--robot")
+            written.require_writable()
+            written.write_bytes(robot_of(ledger, job).to_yaml().encode())
         document = result_of(ledger, job)
         proof = ledger.certificate(job)
     if certificate is not None:
@@ -212,23 +225,27 @@ def check(folder: str, time_limit: float | None, quiet: bool, **given: Any) -> i
 
     Exit code 0: all are proved; 5: some are not; 3: something is left open, or a job has no certificate.
     """
+    from certificates.verdicts import Conclusion
     from solvers.batch.checking import check_batch
     from solvers.batch.ledger import Ledger
+    from solvers.commands.progress import shown
 
     threads = read_threads(given)
     with Ledger.open(Path(folder), None) as ledger:
         counts = ledger.counts()
-        with _progress(quiet) as report, interruptible():
-            verdicts = check_batch(ledger, threads, time_limit, report)
+        with shown("check", quiet, logs=True) as display:
+            verdicts = check_batch(ledger, threads, time_limit, _telling(display))
         without = sum(counts.values()) - verdicts.total()
-        if not quiet:
-            _print_checks(verdicts, without, [row for row in ledger.checks() if row.verdict != PROVED])
-    return _checks_code(verdicts, without)
+        others = [row for row in ledger.checks() if row.verdict != Conclusion.PROVED]
+    said = _counted(verdicts, without)
+    if not quiet:
+        _print_checks(said, others)
+    return _checks_ending(verdicts, without, said)
 
 
 def _estimate(batch: Any, threads: int) -> int:
     from solvers.batch.campaign import estimate
-    from solvers.batch.progress_line import duration
+    from solvers.batch.duration import duration
 
     for expansion in batch.expansions:
         click.echo(f"problems[{expansion.problem}]  {expansion.robot.name}  {expansion.count} jobs")
@@ -247,38 +264,30 @@ def _estimate(batch: Any, threads: int) -> int:
 
 def _proceed(ledger: Ledger, given: dict[str, Any]) -> int:
     from solvers.batch.campaign import proceed
-    from solvers.cli import ExitCode
+    from solvers.cli import Ending, ExitCode
+    from solvers.commands.progress import shown
 
     executor = _executor(given)
     try:
-        with _progress(given["quiet"]) as report, interruptible():
+        with shown("batch", given["quiet"], logs=True) as display:
             try:
-                document = proceed(ledger, executor, report)
+                document = proceed(ledger, executor, _telling(display))
             finally:
                 executor.close()
     except KeyboardInterrupt:
-        click.echo(f"interrupted; go on with: cdpr-solve batch resume {ledger.folder}", err=True)
-        return ExitCode.INTERRUPTED
+        line = f"interrupted; go on with: cdpr-solve batch resume {ledger.folder}"
+        return Ending(ExitCode.INTERRUPTED, line)
     if given["as_json"]:
         click.echo(json.dumps(document))
     elif not given["quiet"]:
         from solvers.batch.summary_text import print_summary
 
         print_summary(document, sys.stdout)
-    return _exit_code(document)
+    return _ending(document)
 
 
-@contextmanager
-def _progress(quiet: bool) -> Iterator[Callable[[BatchProgress], None]]:
-    """Give what shows reports, and take the line off the terminal at the end."""
-    from solvers.batch.progress_line import ProgressLine
-
-    line = None if quiet else ProgressLine(sys.stderr)
-    try:
-        yield line or (lambda progress: None)
-    finally:
-        if line is not None:
-            line.end()
+def _telling(display: ProgressDisplay | None) -> Callable[[BatchProgress], None]:
+    return (lambda progress: None) if display is None else display.jobs
 
 
 def _executor(given: dict[str, Any]) -> Executor:
@@ -295,30 +304,42 @@ def _executor(given: dict[str, Any]) -> Executor:
     return ProcessPool(read_threads(given))
 
 
-def _exit_code(document: dict[str, Any]) -> int:
-    from solvers.cli import ExitCode
+def _ending(document: dict[str, Any]) -> Ending:
+    """Return the exit code of the worst that happened to a job, and everything that did."""
+    from solvers.batch.headline import NONE_FOUND, headline, unsettled
+    from solvers.cli import Ending, ExitCode
 
-    jobs = document["jobs"]
+    found, jobs = unsettled(document), document["jobs"]
+    code = ExitCode.COMPLETE
     if jobs["failed"] or jobs["crashed"]:
-        return ExitCode.NOT_PROVED
-    return ExitCode.INCOMPLETE if document["jobs_with_undecided"] or jobs["pending"] else ExitCode.COMPLETE
+        code = ExitCode.NOT_PROVED
+    elif found:
+        code = ExitCode.NONE_FOUND if list(found) == [NONE_FOUND] else ExitCode.INCOMPLETE
+    return Ending(code, f"{sum(jobs.values())} jobs: {headline(document)}")
 
 
-def _print_checks(verdicts: Counter[str], without: int, others: list[CheckRow]) -> None:
+def _counted(verdicts: Counter[str], without: int) -> str:
+    """Return the verdicts of the checker, counted."""
     said = ", ".join(f"{count} {verdict}" for verdict, count in sorted(verdicts.items()))
-    click.echo(f"{verdicts.total()} certificates{': ' if said else ''}{said}")
-    if without:
-        click.echo(f"{without} jobs have none")
+    text = f"{verdicts.total()} certificates{': ' if said else ''}{said}"
+    return f"{text}; {without} jobs have none" if without else text
+
+
+def _print_checks(said: str, others: list[CheckRow]) -> None:
+    click.echo(said)
     for row in others[:SHOWN]:
         click.echo(f"job {row.number} {row.verdict}: {row.message}")
     if len(others) > SHOWN:
         click.echo(f"and {len(others) - SHOWN} more")
 
 
-def _checks_code(verdicts: Counter[str], without: int) -> int:
-    from solvers.cli import ExitCode
+def _checks_ending(verdicts: Counter[str], without: int, said: str) -> Ending:
+    """Return how a check of many certificates ends: as the worst of them does alone."""
+    from certificates.verdicts import Conclusion
+    from solvers.cli import Ending, ExitCode
     from solvers.proofs.check import REFUSED
 
-    if any(verdicts[verdict] for verdict in REFUSED):
-        return ExitCode.NOT_PROVED
-    return ExitCode.INCOMPLETE if without or set(verdicts) - {PROVED} else ExitCode.COMPLETE
+    if any(verdicts[conclusion] for conclusion in REFUSED):
+        return Ending(ExitCode.NOT_PROVED, said)
+    is_open = without or set(verdicts) - {Conclusion.PROVED}
+    return Ending(ExitCode.INCOMPLETE if is_open else ExitCode.COMPLETE, said)

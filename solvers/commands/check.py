@@ -13,8 +13,10 @@ from solvers.shell.examples import examples
 
 if TYPE_CHECKING:
     from cdpr_interval.robots.cable_robot import Robot
+    from certificates.verdicts import Report
     from solvers.proofs.check import Asked
 
+MIB = 2**20
 QUESTION = ("lengths", "external_force", "taut", "ignore_slack", "ignore_tension_sign")
 """Options that are about a robot."""
 
@@ -63,29 +65,51 @@ def command(file: str, robot: str | None, **given: Any) -> int:
     reads no robots to compare with. Exit code 0: proved, nothing left open; 3: in part, or not all was
     checked; 5: not proved, or of another robot or question; 2: no certificate.
     """
-    from certificates.__main__ import MIB, Options, run
-    from certificates.container import load
-    from certificates.verdicts import Malformed
+    from certificates.verdicts import Conclusion
+    from solvers.cli import Ending
 
     question = _question(robot, given)
     limit = given["size_limit"] * MIB
-    options = Options(
-        given["sample"], given["seed"], read_threads(given), given["time_limit"], limit, given["quiet"]
-    )
-    if question is None:
-        return run(file, options)
-    from solvers.cli import ExitCode
+    content: str | bytes = file
+    if question is not None:
+        content, other = _compared(file, limit, question)
+        if other:
+            conclusion = Conclusion.NOT_PROVED
+            click.echo(f"{conclusion}: the certificate is of another question: {other}")
+            return Ending(conclusion.exit_code, conclusion.remark)
+    report = _check(content, limit, given)
+    for line in report.lines()[: 1 if given["quiet"] else None]:
+        click.echo(line)
+    return Ending(report.conclusion.exit_code, report.conclusion.remark)
+
+
+def _check(content: str | bytes, limit: int, given: dict[str, Any]) -> Report:
+    from certificates.checker import check
+    from solvers.commands.progress import shown
+
+    with shown("check", given["quiet"]) as display:
+        return check(
+            content,
+            sample=given["sample"],
+            seed=given["seed"],
+            threads=read_threads(given),
+            time_limit=given["time_limit"],
+            size_limit=limit,
+            progress=None if display is None else display.cells,
+        )
+
+
+def _compared(file: str, limit: int, question: tuple[Robot, Asked]) -> tuple[str | bytes, str]:
+    """Return the certificate, and in what it differs from a question; what is none, the checker says."""
+    from certificates.container import load
+    from certificates.verdicts import Malformed
     from solvers.proofs.check import other_question
 
     try:
         content = load(file, limit)
-        other = other_question(content, limit, *question)
+        return content, other_question(content, limit, *question)
     except Malformed:
-        return run(file, options)
-    if other:
-        click.echo(f"NOT PROVED: the certificate is of another question: {other}")
-        return ExitCode.NOT_PROVED
-    return run(content, options)
+        return file, ""
 
 
 def _question(source: str | None, given: dict[str, Any]) -> tuple[Robot, Asked] | None:

@@ -7,18 +7,21 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from cdpr_interval.files.literal import printable
 from solvers.commands.external_force import LABEL, external_force_option, read_external_force
-from solvers.commands.interrupt import Signals, interruptible
 from solvers.commands.numbers import read_count, read_float, warn_of_lengths
 from solvers.commands.target import JsonTarget
 from solvers.commands.threads import read_threads, threads_option
 from solvers.questions.errors import InputErrors
 from solvers.shell.completion import files, robot_argument
 from solvers.shell.examples import examples
+from solvers.shell.interrupt import Signals, interruptible
 
 if TYPE_CHECKING:
     from cdpr_interval.robots.cable_robot import Robot
     from solvers.answers.result import Result
+    from solvers.cli import Ending
+    from solvers.proofs.claimed import Claimed
     from solvers.questions.problem import Options, Problem
 
 WITHOUT_TENSIONS = ("lengths", "problem", "certificate", "ignore_slack", "ignore_tension_sign")
@@ -79,7 +82,7 @@ def command(robot: str, **given: Any) -> int:
 
     A length may be a number in m, 2.69+-0.01, 2.68..2.70 or [2.68,2.70], or have its unit, 2690mm;
     lengths of elastic cables are unstretched. Exit code 0: all poses found; 3: something is left
-    undecided; 4: proved that there is none.
+    undecided, or the certificate leaves something open; 4: proved that there is none.
     """
     target = None if given["json_file"] is None else JsonTarget(given["json_file"])
     if given["tensions"] is not None:
@@ -96,26 +99,38 @@ def command(robot: str, **given: Any) -> int:
         finally:
             # Even when the disk is full, what was computed is shown.
             _show(result, table=not given["quiet"] and (target is None or not target.is_stdout))
+        ending = _ending(result)
         if certificate is not None:
-            _certify(problem, options, result, certificate, signals)
+            claim = _certify(problem, options, result, certificate, signals, given["quiet"])
+            ending = _with_claim(ending, claim, options, given["certificate"], given["quiet"])
     if given["verbose"]:
         _log(result)
-    return _exit_code(result, options)
+    return ending
 
 
 def _certify(
-    problem: Problem, options: Options, result: Result, certificate: JsonTarget, signals: Signals
-) -> None:
+    problem: Problem,
+    options: Options,
+    result: Result,
+    certificate: JsonTarget,
+    signals: Signals,
+    quiet: bool,
+) -> Claimed:
     """Write the certificate with what is left of the run's budget; interrupts end it as they do a search."""
-    from solvers.proofs.document import certificate_bytes
+    from dataclasses import replace
+
+    from solvers.commands.progress import shown
+    from solvers.proofs.document import certificate_of
 
     # What was found can be read while the certificate is made.
     sys.stdout.flush()
     if signals.release() and options.record is not None:
         options.record.budget.interrupt()
-    content = certificate_bytes(problem, options, result)
+    with shown("certificate", quiet) as display:
+        content, claim = certificate_of(problem, replace(options, progress=display), result)
     signals.hold()
     certificate.write_bytes(content)
+    return claim
 
 
 def _of_tensions(source: str, given: dict[str, Any], target: JsonTarget | None) -> int:
@@ -140,7 +155,7 @@ def _of_tensions(source: str, given: dict[str, Any], target: JsonTarget | None) 
     if target is not None:
         target.write(result.to_json())
     _show(result, table=not given["quiet"] and (target is None or not target.is_stdout))
-    return _exit_code(result)
+    return _ending(result)
 
 
 def _read(
@@ -220,12 +235,10 @@ def _option_name(parameter: str) -> str:
 def _solve(problem: Problem, options: Options, quiet: bool) -> Result:
     from dataclasses import replace
 
-    from solvers.commands.progress import ProgressDisplay
+    from solvers.commands.progress import shown
     from solvers.forward import answer_question
 
-    if quiet:
-        return answer_question(problem, options)
-    with ProgressDisplay(sys.stderr) as display:
+    with shown("search", quiet) as display:
         return answer_question(problem, replace(options, progress=display))
 
 
@@ -234,8 +247,6 @@ def _show(result: Result, table: bool) -> None:
 
     if table:
         print_result(result, sys.stdout)
-    elif not result.solutions:
-        click.echo(result.message, err=True)
 
 
 def _log(result: Result) -> None:
@@ -245,15 +256,34 @@ def _log(result: Result) -> None:
         click.echo(f"{names}: {text}", err=True)
     cost = result.statistics
     click.echo(f"{cost.cells} cells, {cost.time:.3f} s, {cost.threads} threads", err=True)
+    click.echo(str(result.provenance), err=True)
 
 
-def _exit_code(result: Result, options: Options | None = None) -> int:
+def _ending(result: Result) -> Ending:
+    """Return the exit code of an answer, and the line about it."""
     from solvers.answers.data import Outcome, StopReason
-    from solvers.cli import ExitCode
+    from solvers.cli import Ending, ExitCode
 
-    record = None if options is None else options.record
-    if result.stop_reason is StopReason.INTERRUPTED or (record is not None and record.is_interrupted):
-        return ExitCode.INTERRUPTED
+    if result.stop_reason is StopReason.INTERRUPTED:
+        return Ending(ExitCode.INTERRUPTED, result.message)
     if result.outcome is Outcome.INCOMPLETE:
-        return ExitCode.INCOMPLETE
-    return ExitCode.COMPLETE if result.solutions else ExitCode.NO_POSE
+        return Ending(ExitCode.INCOMPLETE, result.message)
+    return Ending(ExitCode.COMPLETE if result.solutions else ExitCode.NO_POSE, result.message)
+
+
+def _with_claim(ending: Ending, claim: Claimed, options: Options, file: str, quiet: bool) -> Ending:
+    """Return how a run ends whose certificate is written: it is complete only when that is, too."""
+    from solvers.cli import Ending, ExitCode
+
+    line = f"{printable(file)}: {'complete' if claim.is_complete else 'partial'}: {claim.message}"
+    code = answered = ExitCode(ending)
+    if options.record is not None and options.record.is_interrupted:
+        code, line = ExitCode.INTERRUPTED, f"interrupted; {line}"
+    elif not claim.is_complete:
+        code = ExitCode.INCOMPLETE
+    if code != answered:
+        return Ending(code, line)
+    if code or not quiet:
+        # The answer is one thing, its certificate another: two lines.
+        click.echo(line, err=True)
+    return ending

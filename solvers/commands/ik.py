@@ -18,6 +18,7 @@ from solvers.shell.examples import examples
 
 if TYPE_CHECKING:
     from solvers.answers.inverse import IkResult
+    from solvers.cli import Ending
 
 LARGE_TURN = radians(30)
 """A settled pose that is turned further is no longer the one a person had in mind."""
@@ -76,15 +77,13 @@ def command(robot: str, **given: Any) -> int:
     result = _solve(robot, given, target)
     if target is not None:
         target.write(result.to_json())
-    code = _exit_code(result)
     if not given["quiet"] and (target is None or not target.is_stdout):
         _print(result)
-    if code:
-        click.echo(f"none found, nothing proved: {result.message}", err=True)
-    elif result.settling is not None and result.settling.angle > LARGE_TURN:
+    ending = _ending(result)
+    if not ending and result.settling is not None and result.settling.angle > LARGE_TURN:
         turn = f"{degrees(result.settling.angle):.1f} deg"
         click.echo(f"warning: --settle turned the platform by {turn}", err=True)
-    return code
+    return ending
 
 
 def _solve(source: str, given: dict[str, Any], target: JsonTarget | None) -> IkResult:
@@ -133,11 +132,12 @@ def _option_name(parameter: str) -> str:
     return "--" + parameter.replace("_", "-")
 
 
-def _exit_code(result: IkResult) -> int:
-    from solvers.cli import ExitCode
+def _ending(result: IkResult) -> Ending:
+    from solvers.cli import Ending, ExitCode
 
     found = result.lengths is not None and (result.is_static or not result.question.static)
-    return ExitCode.COMPLETE if found else ExitCode.NONE_FOUND
+    code = ExitCode.COMPLETE if found else ExitCode.NONE_FOUND
+    return Ending(code, f"none found, nothing proved: {result.message}")
 
 
 def _print(result: IkResult) -> None:
@@ -145,7 +145,7 @@ def _print(result: IkResult) -> None:
     from cdpr_interval.mechanics.orientation import rotation_from_quaternion, rpy_from_rotation
 
     write = sys.stdout.write
-    write(f"{result.robot[0]} ({result.model}): {result.message}\n")
+    write(f"{result.robot.name} ({result.model}): {result.message}\n")
     asked = result.question
     angles = rpy_from_rotation(rotation_from_quaternion(asked.quaternion))
     write(f"pose asked for {_place(result, asked.position, angles)}\n")

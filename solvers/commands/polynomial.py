@@ -41,6 +41,12 @@ from solvers.shell.examples import examples
     shell_complete=files,
     help="Write the report as JSON; - is standard output.",
 )
+@click.option(
+    "--time-limit",
+    type=click.FloatRange(min=0.0, min_open=True),
+    metavar="S",
+    help="Stop after so many seconds.",
+)
 @click.option("-q", "--quiet", is_flag=True, help="No report; the exit code says whether fk agrees.")
 def command(robot: str, **given: Any) -> int:
     """Derive the polynomial system of ROBOT's taut cables and its eliminant, exactly.
@@ -52,9 +58,11 @@ def command(robot: str, **given: Any) -> int:
     from cdpr_interval.errors import InputError
     from cdpr_interval.robots.formats.reader import load_robot
     from solvers.answers.json_text import dumps
-    from solvers.cli import ExitCode
+    from solvers.cli import Ending, ExitCode
+    from solvers.commands.progress import shown
     from solvers.polynomial import polynomial_report
     from solvers.questions.errors import InputErrors
+    from solvers.shell.interrupt import OutOfTime, limited
 
     errors = InputErrors()
     targets = [None if given[name] is None else JsonTarget(given[name], option) for name, option in OUTPUTS]
@@ -71,9 +79,13 @@ def command(robot: str, **given: Any) -> int:
         raise InputError("--lengths: missing (or --tensions)")
     if given["lengths"] is not None and given["tensions"] is not None:
         raise InputError("--lengths: not together with --tensions")
-    report = polynomial_report(
-        model, given["lengths"], tensions=given["tensions"], taut=given["taut"], external_force=force
-    )
+    try:
+        with shown("polynomial", given["quiet"]), limited(given["time_limit"]):
+            report = polynomial_report(
+                model, given["lengths"], tensions=given["tensions"], taut=given["taut"], external_force=force
+            )
+    except OutOfTime:
+        return Ending(ExitCode.INCOMPLETE, "stopped at the time limit: there is no eliminant yet")
     as_json, as_latex = targets
     if as_latex is not None:
         as_latex.write(report.latex())
@@ -82,7 +94,8 @@ def command(robot: str, **given: Any) -> int:
     if not given["quiet"] and not (as_json is not None and as_json.is_stdout):
         click.echo("\n".join(report.lines()))
     agrees = report.comparison.agrees
-    return ExitCode.INCOMPLETE if agrees is None else ExitCode.COMPLETE if agrees else ExitCode.NOT_PROVED
+    code = ExitCode.INCOMPLETE if agrees is None else ExitCode.COMPLETE if agrees else ExitCode.NOT_PROVED
+    return Ending(code, f"agreement with fk: {report.comparison.text}")
 
 
 OUTPUTS = (("json_file", "--json"), ("latex_file", "--latex"))

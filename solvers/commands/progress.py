@@ -1,81 +1,224 @@
-"""How far a search is: one line on a terminal that is rewritten; elsewhere only that kernels are compiled."""
+"""How far a command is: a bar with the time left, on a terminal or in a notebook; in a log lines."""
 
 from __future__ import annotations
 
 import os
-import shutil
+import sys
+import threading
 import time
-from contextlib import ExitStack, suppress
+from contextlib import AbstractContextManager, ExitStack, nullcontext, suppress
 from types import TracebackType
-from typing import TextIO
+from typing import TYPE_CHECKING, Any, TextIO
 
+from solvers.answers.message import counted
 from solvers.questions.problem import Progress
+
+if TYPE_CHECKING:
+    from rich.progress import Progress as Bar
+
+    from solvers.batch.run import BatchProgress
 
 BAR = 20
 """Width of the bar in characters."""
+PATIENCE = 0.3
+"""s before a bar is drawn: what ends earlier neither flickers nor pays for it."""
+REDRAWS = 4.0
+"""A second; each takes 2 ms of processor time."""
+SECONDS_BETWEEN = 10.0
+"""Between two lines of a log."""
 
 
 class ProgressDisplay:
-    """A callable for `Options.progress`, and the context in which its line is on the screen."""
+    """A callable for `Options.progress`, and the context in which its bar is on the screen.
 
-    def __init__(self, stream: TextIO) -> None:
-        self._stream = stream
-        self._is_terminal = stream.isatty() and os.environ.get("TERM") != "dumb"
-        self._has_colour = self._is_terminal and not os.environ.get("NO_COLOR")
-        self._start = 0.0
-        self._drawn = False
+    Parameters
+    ----------
+    stream : TextIO
+        Standard error.
+    task : str
+        What is being done, in a word.
+    logs : bool
+        Where no bar can be drawn, write a line every ten seconds.
+    """
+
+    def __init__(self, stream: TextIO, task: str = "search", logs: bool = False) -> None:
+        self._stream = Unbroken(stream)
+        self._has_bar = in_notebook() or (stream.isatty() and os.environ.get("TERM") != "dumb")
+        self._task, self._done, self._total, self._detail = task, 0.0, None, ""
+        self._logs = logs and not self._has_bar
+        self._start = self._logged = time.monotonic()
         self._announced = False
+        self._lock = threading.RLock()
+        self._is_over = False
+        self._bar: Bar | None = None
+        self._timer = threading.Timer(PATIENCE, self._open)
+        self._timer.daemon = True
         self._listening = ExitStack()
+
+    _total: float | None
 
     def __enter__(self) -> ProgressDisplay:
         from solvers.commands.compilation import listening
 
-        self._start = time.perf_counter()
+        self._start = time.monotonic()
         self._listening.enter_context(listening(self._announce_compilation))
+        if self._has_bar:
+            self._timer.start()
         return self
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         self._listening.close()
-        if self._drawn:
-            self._write("\r\x1b[K")
+        self._timer.cancel()
+        with self._lock:
+            self._is_over = True
+            if self._bar is not None:
+                self._bar.stop()
 
     def __call__(self, progress: Progress) -> None:
-        """Show a report."""
-        if not self._is_terminal:
-            return
-        text = self._line(progress)[: shutil.get_terminal_size().columns - 1]
-        if self._has_colour:
-            text = f"\x1b[36m{text}\x1b[0m"
-        self._write(f"\r{text}\x1b[K")
-        self._drawn = True
-
-    def _line(self, progress: Progress) -> str:
-        elapsed = max(time.perf_counter() - self._start, 1e-9)
-        done = 1.0 - min(1.0, max(0.0, progress.volume_left))
+        """Show how far a search is."""
         total = max(progress.subsets_total, 1)
-        filled = round(BAR * min(1.0, (progress.subsets_done + done) / total))
-        return (
-            f"[{'#' * filled}{'.' * (BAR - filled)}]"
-            f" subset {min(progress.subsets_done + 1, total)}/{total}"
-            f"  {100.0 * (1.0 - done):.3g} % of the volume left"
-            f"  {_count(progress.cells / elapsed)} cells/s"
-            f"  {progress.solutions} solution{'s' if progress.solutions != 1 else ''}"
-        )
+        done = progress.done
+        if done is None:
+            done = (progress.subsets_done + 1.0 - min(1.0, max(0.0, progress.volume_left))) / total
+        rate = progress.cells / max(time.monotonic() - self._start, 1e-9)
+        parts = [f"subset {min(progress.subsets_done + 1, total)}/{total}"] if total > 1 else []
+        if progress.solutions:
+            parts.append(counted(progress.solutions, "solution"))
+        self._show(done, 1.0, ", ".join([*parts, f"{_count(rate)} cells/s"]))
+
+    def cells(self, done: int, total: int) -> None:
+        """Show how many cells of a certificate are checked."""
+        self._show(done, total, f"{done}/{total} cells")
+
+    def jobs(self, progress: BatchProgress) -> None:
+        """Show how far a batch is."""
+        bad = f", {progress.bad} failed" if progress.bad else ""
+        text = f"{progress.done}/{progress.total} jobs, {progress.rate:.3g} jobs/s{bad}"
+        self._show(progress.done, progress.total, text)
+
+    def stage(self, task: str, detail: str = "") -> None:
+        """Say what is done next; how long it takes is not known."""
+        with self._lock:
+            self._task, self._done, self._total, self._detail = task, 0.0, None, detail
+            if self._bar is not None:
+                # A task of a bar cannot forget its length.
+                self._bar.remove_task(self._bar.task_ids[0])
+                self._bar.add_task(**self._state())
+
+    def _show(self, done: float, total: float | None, detail: str) -> None:
+        with self._lock:
+            self._done, self._total, self._detail = done, total, detail
+            if self._bar is not None:
+                self._bar.update(self._bar.task_ids[0], **self._state())
+        if self._logs and time.monotonic() - self._logged > SECONDS_BETWEEN:
+            self._logged = time.monotonic()
+            left = (time.monotonic() - self._start) * ((total or 0.0) - done) / max(done, 1e-9)
+            self._stream.write(f"{self._task}: {', '.join([*_rest(done, total, left), detail])}\n")
+            self._stream.flush()
+
+    def _state(self) -> dict[str, Any]:
+        found = {"completed": self._done, "total": self._total}
+        return {"description": self._task, "detail": self._detail, **found}
+
+    def _open(self) -> None:
+        """Draw the bar; this is the timer's thread."""
+        bar = drawn_on(self._stream)
+        with self._lock:
+            if not self._is_over:
+                self._bar = bar
+                bar.add_task(**self._state())
+                bar.start()
 
     def _announce_compilation(self) -> None:
         if self._announced:
             return
         self._announced = True
-        erase = "\r\x1b[K" if self._drawn else ""
-        self._write(f"{erase}compiling kernels (first run only) ...\n")
+        self._say("compiling kernels (first run only) ...")
 
-    def _write(self, text: str) -> None:
-        # A log that nobody reads any more must not end a search.
-        with suppress(BrokenPipeError):
+    def _say(self, line: str) -> None:
+        """Write a line that stays, above the bar."""
+        with self._lock:
+            if self._bar is not None:
+                self._bar.console.print(line, markup=False, highlight=False)
+            else:
+                self._stream.write(f"{line}\n")
+                self._stream.flush()
+
+
+def shown(task: str, quiet: bool, logs: bool = False) -> AbstractContextManager[ProgressDisplay | None]:
+    """Give the display of a command on standard error; None where nothing is to be shown."""
+    return nullcontext() if quiet else ProgressDisplay(sys.stderr, task, logs)
+
+
+class Unbroken:
+    """A stream that forgets what nobody reads any more: a closed log or terminal must not end a search."""
+
+    def __init__(self, stream: TextIO) -> None:
+        self._stream = stream
+
+    def write(self, text: str) -> int:
+        """Write, or do nothing."""
+        with suppress(OSError):
             self._stream.write(text)
+        return len(text)
+
+    def flush(self) -> None:
+        """Flush, or do nothing."""
+        with suppress(OSError):
             self._stream.flush()
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._stream, name)
+
+
+def drawn_on(stream: Any) -> Bar:
+    """Return a bar that vanishes at its end; `NO_COLOR` is honoured."""
+    from rich.console import Console
+    from rich.progress import BarColumn, ProgressColumn, Task, TextColumn
+    from rich.progress import Progress as Bar
+    from rich.table import Column
+    from rich.text import Text
+
+    from solvers.batch.duration import duration
+
+    class Rest(ProgressColumn):
+        """What is done, the time left, and what else is to be said, cut where the terminal ends."""
+
+        def render(self, task: Task) -> Text:
+            parts = _rest(task.completed, task.total, task.time_remaining)
+            if not parts and task.elapsed is not None:
+                parts = [duration(task.elapsed)]
+            parts.append(task.fields["detail"])
+            return Text(", ".join(filter(None, parts)), no_wrap=True, overflow="ellipsis")
+
+    return Bar(
+        TextColumn("{task.description}", markup=False, table_column=Column(no_wrap=True)),
+        BarColumn(bar_width=BAR, table_column=Column(min_width=BAR)),
+        Rest(table_column=Column(no_wrap=True)),
+        console=Console(file=stream),
+        refresh_per_second=REDRAWS,
+        transient=True,
+        redirect_stdout=False,
+        redirect_stderr=False,
+    )
+
+
+def _rest(done: float, total: float | None, left: float | None) -> list[str]:
+    """Return the share that is done, and the time it will take, as far as these are known."""
+    from solvers.batch.duration import duration
+
+    if not total:
+        return []
+    share = f"{100.0 * done / total:.0f} %"
+    return [share] if left is None else [share, f"{duration(left)} left"]
+
+
+def in_notebook() -> bool:
+    """Return whether this runs in a notebook, whose output has no terminal but can be redrawn."""
+    shell = sys.modules.get("IPython")
+    return shell is not None and type(shell.get_ipython()).__name__ == "ZMQInteractiveShell"
 
 
 def _count(number: float) -> str:

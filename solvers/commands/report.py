@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -11,6 +11,7 @@ from solvers.shell.completion import files, robots
 from solvers.shell.examples import examples
 
 if TYPE_CHECKING:
+    from solvers.commands.progress import ProgressDisplay
     from solvers.report.source import ResultSource
 
 
@@ -26,12 +27,14 @@ if TYPE_CHECKING:
 @click.option(
     "--out", required=True, metavar="FILE", shell_complete=files, help="The HTML file; it needs nothing else."
 )
-@click.option("--figures", metavar="DIR", help="Write the figures as PNG and SVG too.")
+@click.option(
+    "--figures", metavar="DIR|X.pdf", help="Write the figures too: as PNG and SVG, or as pages of a PDF."
+)
 @click.option(
     "--robot",
     metavar="FILE",
     shell_complete=robots,
-    help="The robot of RESULT.  [default: the shipped one it names]",
+    help="The robot of RESULT.  [default: the one in it]",
 )
 @click.option(
     "--certificate",
@@ -40,19 +43,28 @@ if TYPE_CHECKING:
     help="Check this certificate of RESULT and say what came out.",
 )
 @click.option("--job", type=click.IntRange(min=1), metavar="N", help="Only this job of the batch in DIR.")
-def command(
-    source: str, out: str, figures: str | None, robot: str | None, certificate: str | None, job: int | None
-) -> int:
+@click.option(
+    "--time-limit",
+    type=click.FloatRange(min=0.0, min_open=True),
+    metavar="S",
+    default=600.0,
+    show_default=True,
+    help="For checking the certificate.",
+)
+@click.option("-q", "--quiet", is_flag=True, help="No progress.")
+def command(source: str, out: str, figures: str | None, **given: Any) -> int:
     """Draw RESULT, a file of `fk --json FILE`, or DIR, the folder of a batch.
 
     The report shows the robot with every pose in 3-D, the table of poses, tensions, and always what was left
-    undecided; of a batch the counts, statistics and distributions. Exit code 5: the certificate is not
-    proved.
+    undecided; of a batch the counts, statistics and distributions. Exit codes are those of `check` for the
+    certificate: 3: in part, or out of time; 5: not proved; 2: it is none. The report is written then, too.
     """
     from cdpr_interval.errors import InputError
-    from solvers.cli import ExitCode
+    from solvers.cli import Ending, ExitCode
+    from solvers.commands.progress import shown
     from solvers.commands.target import JsonTarget
 
+    robot, certificate, job = given["robot"], given["certificate"], given["job"]
     target = JsonTarget(out, "--out")
     target.require_writable()
     folder = None if figures is None else Path(figures)
@@ -61,31 +73,33 @@ def command(
         raise InputError("--robot, --certificate: only for a result, a batch has its own with it")
     if not is_batch and job is not None:
         raise InputError("--job: only for the folder of a batch")
-    if is_batch and job is None:
-        target.write(_batch(path, folder))
+    with shown("report", given["quiet"]) as display:
+        if is_batch and job is None:
+            target.write(_batch(path, folder))
+            return ExitCode.COMPLETE
+        drawn = _source(path, given, display)
+        if display is not None:
+            display.stage("report")
+        target.write(_result(drawn, folder))
+    if drawn.proof is None:
         return ExitCode.COMPLETE
-    drawn = _job(path, job) if job is not None else _read(path, robot, certificate)
-    target.write(_result(drawn, folder))
-    return ExitCode.NOT_PROVED if drawn.proof is not None and drawn.proof.is_refused else ExitCode.COMPLETE
+    return Ending(drawn.proof.conclusion.exit_code, f"certificate: {drawn.proof}")
 
 
-def _read(path: Path, robot: str | None, certificate: str | None) -> ResultSource:
-    from solvers.report.plots import require_plotly
-    from solvers.report.source import read_result
-
-    require_plotly()
-    return read_result(path, robot, certificate)
-
-
-def _job(path: Path, number: int) -> ResultSource:
+def _source(path: Path, given: dict[str, Any], display: ProgressDisplay | None) -> ResultSource:
+    """Return the result that is drawn, its certificate checked."""
     from cdpr_interval.errors import InputError
     from solvers.batch.ledger_file import LedgerError
-    from solvers.report.plots import require_plotly
-    from solvers.report.source import result_in_batch
+    from solvers.report.page import require_libraries
+    from solvers.report.source import read_result, result_in_batch
 
-    require_plotly()
+    require_libraries()
+    told = None if display is None else display.cells
+    limit = given["time_limit"]
+    if given["job"] is None:
+        return read_result(path, given["robot"], given["certificate"], limit, told)
     try:
-        return result_in_batch(path, number)
+        return result_in_batch(path, given["job"], limit, told)
     except LedgerError as error:
         raise InputError(str(error)) from None
 
@@ -102,19 +116,20 @@ def _result(source: ResultSource, folder: Path | None) -> str:
 
 def _batch(path: Path, folder: Path | None) -> str:
     from cdpr_interval.errors import InputError
-    from solvers.batch.campaign import summary_of
+    from solvers.batch.campaign import counted
     from solvers.batch.ledger import Ledger
     from solvers.batch.ledger_file import LedgerError
-    from solvers.report.page import batch_page, quantities
-    from solvers.report.plots import require_plotly
+    from solvers.report.batch_page import batch_page
+    from solvers.report.page import require_libraries
 
-    require_plotly()
+    require_libraries()
     try:
         with Ledger.peek(path) as ledger:
+            summary = counted(ledger)
             if folder is not None:
                 from solvers.report.figures import batch_figures
 
-                batch_figures(quantities(ledger)[0], folder)
-            return batch_page(ledger, summary_of(ledger))
+                batch_figures(ledger, summary, folder)
+            return batch_page(ledger, summary)
     except LedgerError as error:
         raise InputError(str(error)) from None

@@ -3,30 +3,97 @@
 from __future__ import annotations
 
 from fractions import Fraction
-from typing import TYPE_CHECKING
+from importlib import resources
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import click
 
-from solvers.shell.completion import robot_argument
+from solvers.shell.completion import robots
 from solvers.shell.examples import examples
 
 if TYPE_CHECKING:
     from cdpr_interval.robots.cable_robot import Cable, Point, Robot, Scalar
 
+FORMAT = "cdpr-validation/1"
+DATA = "cdpr_interval.robots"
+"""The package that holds schema and template."""
+SCHEMA, TEMPLATE = "schemas/cdpr-robot-1.schema.json", "template.yaml"
+
 
 @click.command(
     "validate",
     short_help="Read a robot file and print a summary, or every error.",
-    epilog=examples("validate merlet_4_1"),
+    epilog=examples("validate merlet_4_1", "validate --template > crane.yaml", "validate crane.yaml"),
 )
-@robot_argument
-def command(robot: str) -> int:
-    """Read ROBOT and print a summary, or every error with line and column."""
-    from cdpr_interval.robots.formats.reader import load_robot
+@click.argument("robot", required=False, shell_complete=robots)
+@click.option("--json", "target", metavar="FILE|-", help="Write the summary as JSON; with - nothing else.")
+@click.option("-q", "--quiet", is_flag=True, help="No summary; warnings and errors always.")
+@click.option("--template", is_flag=True, help="Print a robot file with comments, to be filled in.")
+@click.option("--schema", is_flag=True, help="Print where the JSON Schema of robot files is, for editors.")
+def command(robot: str | None, target: str | None, quiet: bool, template: bool, schema: bool) -> int:
+    """Read ROBOT and print a summary, or every error with line and column.
 
-    for line in _summary(load_robot(robot)):
-        click.echo(line)
+    Warnings tell what is allowed and hardly meant (millimetres typed as metres), and what this version cannot
+    solve yet. Exit code 0: the file is valid, also with warnings; 2: it is not.
+    """
+    from cdpr_interval.errors import InputError
+    from cdpr_interval.robots.doubts import doubts
+    from cdpr_interval.robots.formats.reader import load_robot
+    from solvers.classes import class_of
+    from solvers.commands.target import JsonTarget
+
+    if template or schema:
+        if robot is not None or (template and schema):
+            raise InputError("validate: needs one of ROBOT, --template and --schema")
+        click.echo(_template() if template else _schema_path(), nl=not template)
+        return 0
+    if robot is None:
+        raise InputError("validate: ROBOT is missing: a robot file, or the name of a shipped robot")
+    out = None if target is None else JsonTarget(target)
+    if out is not None:
+        out.require_writable()
+    found = load_robot(robot)
+    reason = class_of(found).refuses(found)
+    said = doubts(found)
+    if out is not None:
+        from solvers.answers.json_text import dumps
+
+        out.write(dumps(_document(found, reason, said)))
+    if not (quiet or (out is not None and out.is_stdout)):
+        for line in _summary(found):
+            click.echo(line)
+    for doubt in said:
+        click.echo(f"warning: {doubt}", err=True)
+    if reason is not None:
+        click.echo(f"warning: this version cannot solve it: {reason}", err=True)
     return 0
+
+
+def _template() -> str:
+    return resources.files(DATA).joinpath(TEMPLATE).read_text(encoding="utf-8")
+
+
+def _schema_path() -> str:
+    return str(Path(str(resources.files(DATA))) / SCHEMA)
+
+
+def _document(robot: Robot, reason: str | None, doubts: list[str]) -> dict[str, Any]:
+    """Return the summary as ``cdpr-validation/1``."""
+    from solvers.classes import class_of
+
+    return {
+        "format": FORMAT,
+        "robot": {"name": robot.name, "sha256": robot.sha256},
+        "model": class_of(robot).name,
+        "cables": list(robot.cable_names),
+        "elastic": robot.is_elastic,
+        "source": robot.source,
+        "notes": robot.notes,
+        "uncertain": [{"path": x.path, "bounds": [float(x.lo), float(x.hi)]} for x in robot.uncertain],
+        "warnings": doubts,
+        "not_supported": reason,
+    }
 
 
 def _summary(robot: Robot) -> list[str]:
@@ -42,6 +109,8 @@ def _summary(robot: Robot) -> list[str]:
     ]
     if robot.source is not None:
         lines.append(f"  source: {robot.source}")
+    if robot.notes is not None:
+        lines += [f"  notes: {line}" for line in robot.notes.splitlines()]
     lines += [f"  {_cable(cable)}" for cable in robot.cables]
     lines += [
         f"  uncertain: {scalar.path} in [{_number(scalar.lo)}, {_number(scalar.hi)}]"

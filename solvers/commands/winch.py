@@ -69,15 +69,14 @@ class Winches(click.Group):
     def invoke(self, ctx: click.Context) -> Any:
         """Run a subcommand."""
         from cdpr_interval.errors import CdprError, InputError, NotSupportedError
-        from solvers.cli import ExitCode
+        from solvers.cli import Ending, ExitCode
 
         try:
             return super().invoke(ctx)
         except (InputError, NotSupportedError):
             raise
         except CdprError as error:
-            click.echo(str(error), err=True)
-            return ExitCode.INCOMPLETE
+            return Ending(ExitCode.INCOMPLETE, str(error))
 
 
 @click.group(
@@ -111,14 +110,14 @@ def status(robot: str, **given: Any) -> int:
 @_options("bus", "state", "from", "json")
 def where(robot: str, **given: Any) -> int:
     """Print the certified poses for the lengths the winches measure."""
-    from solvers.cli import ExitCode
+    from solvers.cli import Ending, ExitCode
     from solvers.winches.where import whereabouts
 
     model = _robot(robot)
     _, ranges, _ = _measured(model, given)
     found = whereabouts(model, ranges)
     print_where(model, ranges, found, given["as_json"])
-    return ExitCode.COMPLETE if found.is_complete else ExitCode.INCOMPLETE
+    return Ending(ExitCode.COMPLETE if found.is_complete else ExitCode.INCOMPLETE, found.message)
 
 
 @command.command("move", epilog=examples("winch move four_winches --from 2,1.5,1 --pose 1.9,1.5,1"))

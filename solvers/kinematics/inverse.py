@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Callable, Iterable, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -19,10 +21,21 @@ from cdpr_interval.mechanics.orientation import (
 )
 from cdpr_interval.mechanics.statics import Pose, StaticModel, static_model
 from cdpr_interval.robots.cable_robot import Robot
-from solvers.answers.inverse import IkQuestion, IkResult, Settling
+from cdpr_interval.robots.formats.given import require_robot
+from solvers.answers.data import RobotIdentity
+from solvers.answers.inverse import (
+    IkPose,
+    IkQuestion,
+    IkResult,
+    Residual,
+    Settling,
+    lengths_option,
+)
+from solvers.answers.provenance import provenance
 from solvers.answers.tool import this_tool
 from solvers.kinematics.settle import nearby
 from solvers.kinematics.settle import settle as settle_pose
+from solvers.questions.arguments import check_positive, is_number, require_flags, shown
 from solvers.questions.checked import require_treated, uncertain_data
 from solvers.questions.errors import InputErrors
 from solvers.questions.force import NO_LOAD, ZERO, read_force
@@ -40,7 +53,7 @@ ORTHOGONAL = 1e-6
 
 
 def inverse_kinematics(
-    robot: Robot,
+    robot: Robot | str | os.PathLike[str],
     position: ArrayLike,
     rotation: ArrayLike | None = None,
     *,
@@ -58,7 +71,8 @@ def inverse_kinematics(
 
     Parameters
     ----------
-    robot : Robot
+    robot : Robot, str or PathLike
+        Itself, its file, or the name of a shipped robot.
     position : (3,) array
         Platform origin in the base frame, m.
     rotation : (3, 3) array, optional
@@ -86,6 +100,12 @@ def inverse_kinematics(
     external_force : sequence of 3 numbers, optional
         Constant force at the centre of mass in N, base axes, added to the weight.
 
+    Examples
+    --------
+    >>> result = inverse_kinematics("uc2", (5, 0, -7), rpy=("0", "2deg", "0"), settle=True)
+    >>> result.is_static, len(result.lengths)
+    (True, 2)
+
     Returns
     -------
     IkResult
@@ -100,7 +120,8 @@ def inverse_kinematics(
     NotSupportedError
         For a robot with uncertain scalars.
     """
-    errors = InputErrors()
+    require_flags(settle=settle, static=static)
+    errors, robot = InputErrors(), require_robot(robot)
     pose = errors.read(_pose, position, rotation, rpy, quaternion)
     answer = errors.read(
         answer_pose,
@@ -152,14 +173,15 @@ def answer_pose(
     errors = InputErrors()
     subset = None if taut is None else errors.read(read_subset, taut, robot.cable_names, label("taut"))
     force = ZERO if external_force is None else errors.read(read_force, external_force)
-    if not (math.isfinite(slack_margin) and slack_margin >= 0.0):
-        errors.add(f"{label('slack_margin')}: must not be negative, got {slack_margin!r}")
-    if not (math.isfinite(wrench_tolerance) and wrench_tolerance > 0.0):
-        errors.add(f"{label('wrench_tolerance')}: must be a positive number, got {wrench_tolerance!r}")
+    if not (is_number(slack_margin) and slack_margin >= 0.0):
+        errors.add(f"{label('slack_margin')}: must not be negative, got {shown(slack_margin)}")
+    if wrench_tolerance is None:
+        errors.add(f"{label('wrench_tolerance')}: must be a positive number, got None")
+    check_positive(errors, label, wrench_tolerance=wrench_tolerance)
     if settle_within is not None and not settle:
         errors.add(f"{label('settle_within')}: only with {label('settle')}")
-    elif settle_within is not None and not (math.isfinite(settle_within) and settle_within > 0.0):
-        errors.add(f"{label('settle_within')}: must be a positive number, got {settle_within!r}")
+    else:
+        check_positive(errors, label, settle_within=settle_within)
     model = static_model(robot, force or ZERO)
     if pose is not None and model.rows == 3 and np.abs(pose.rotation - np.eye(3)).max() > ORTHOGONAL:
         errors.add(f"{label('pose')}: this robot is a point mass, which has no orientation")
@@ -173,6 +195,9 @@ def answer_pose(
         settle_within = nearby(model, pose)
     fx, fy, fz = (float(component) for component in force)
     question = IkQuestion(
+        command="ik",
+        position=_triple(pose.position),
+        quaternion_wxyz=quaternion_from_rotation(pose.rotation),
         taut=None if subset is None else tuple(robot.cable_names[i] for i in subset),
         slack_margin=slack_margin,
         settle=settle,
@@ -180,10 +205,9 @@ def answer_pose(
         static=static,
         wrench_tolerance=wrench_tolerance,
         external_force=(fx, fy, fz),
-        position=_triple(pose.position),
-        quaternion=quaternion_from_rotation(pose.rotation),
     )
-    return _answer(robot, model, pose, subset, question)
+    found = _answer(robot, model, pose, subset, question)
+    return replace(found, provenance=provenance(robot, (), force))
 
 
 def _pose(
@@ -194,10 +218,10 @@ def _pose(
 ) -> Pose:
     """Return the pose, or raise `InputError` with all that is wrong with it."""
     errors = InputErrors()
-    place = np.array(position, dtype=np.float64)
-    matrix = np.eye(3) if rotation is None else np.array(rotation, dtype=np.float64)
+    place = _floats(position)
+    matrix = np.eye(3) if rotation is None else _floats(rotation)
     if place.shape != (3,) or not np.isfinite(place).all():
-        errors.add(f"position: must be 3 finite numbers, got {position!r}")
+        errors.add(f"position: must be 3 finite numbers, got {shown(position)}")
     if rpy is not None:
         if rotation is not None or quaternion is not None:
             errors.add("rpy: not together with a rotation matrix or a quaternion")
@@ -206,16 +230,24 @@ def _pose(
     if quaternion is not None:
         if rotation is not None:
             errors.add("quaternion: not together with a rotation matrix")
-        elif len(quaternion) != 4 or not 0.0 < math.hypot(*quaternion) < math.inf:
-            errors.add(f"quaternion: must be 4 finite numbers, not all zero, got {quaternion!r}")
+        elif (four := _floats(quaternion)).shape != (4,) or not 0.0 < np.linalg.norm(four) < math.inf:
+            errors.add(f"quaternion: must be 4 finite numbers, not all zero, got {shown(quaternion)}")
         else:
-            matrix = rotation_from_quaternion(quaternion)
+            matrix = rotation_from_quaternion(four.tolist())
     if matrix.shape != (3, 3) or not np.abs(matrix.T @ matrix - np.eye(3)).max() <= ORTHOGONAL:
         errors.add("rotation: must be an orthogonal 3 x 3 matrix")
     elif np.linalg.det(matrix) < 0.0:
         errors.add("rotation: is a reflection, its determinant is -1")
     errors.require_none()
     return Pose(place, matrix)
+
+
+def _floats(given: Any) -> Floats:
+    """Return numbers as an array; an empty one of what holds none."""
+    try:
+        return np.array(given, dtype=np.float64)
+    except (TypeError, ValueError):
+        return np.empty(0)
 
 
 def _answer(
@@ -236,25 +268,26 @@ def _answer(
     if short or (needs_tensions and not is_static) or (settling is not None and not settling.succeeded):
         lengths = None
     moment = np.zeros(3) if model.rows == 3 else model.radius * residual[3:]
-    tool = this_tool()
     rows = [_triple(row) for row in pose.rotation]
     return IkResult(
-        tool=(tool.name, tool.version),
-        robot=(robot.name, robot.sha256),
+        tool=this_tool(),
+        robot=RobotIdentity(robot.name, robot.sha256),
         model=robot.model,
         cables=robot.cable_names,
         question=question,
-        position=_triple(pose.position),
-        rotation=(rows[0], rows[1], rows[2]),
-        quaternion=quaternion_from_rotation(pose.rotation),
-        rpy=rpy_from_rotation(pose.rotation),
+        pose=IkPose(
+            _triple(pose.position),
+            (rows[0], rows[1], rows[2]),
+            quaternion_from_rotation(pose.rotation),
+            rpy_from_rotation(pose.rotation),
+        ),
         distances=tuple(distances.tolist()),
         lengths=lengths,
+        lengths_option=lengths_option(lengths),
         tensions=tuple(tensions.tolist()),
-        is_static=is_static,
-        residual_force=_triple(residual[:3]),
-        residual_moment=_triple(moment),
-        settling=settling,
+        static=is_static,
+        residual=Residual(_triple(residual[:3]), _triple(moment)),
+        settled=settling,
         outside_tension_limits=_outside_limits(robot, tensions, taut),
         message=_message(model, question, residual, is_static, settling, short, _idle(model, tensions, taut)),
     )

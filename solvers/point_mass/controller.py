@@ -7,6 +7,7 @@ object. The kernels and the fallbacks are those of `forward_kinematics`, so the 
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
@@ -20,6 +21,7 @@ from cdpr_interval.errors import InputError
 from cdpr_interval.exact.enclosure import Bounds
 from cdpr_interval.mechanics.loaded import loaded
 from cdpr_interval.robots.cable_robot import Robot
+from cdpr_interval.robots.formats.given import require_robot
 from solvers.answers.data import CableState
 from solvers.point_mass import scope
 from solvers.point_mass.arrays import RobotArrays, build_arrays, exact_ends, with_load
@@ -44,7 +46,7 @@ class PoseStatus(StrEnum):
     """Neither of the two; ``reason`` says why."""
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, eq=False, slots=True, repr=False)
 class PointMassPose:
     """The static pose of a point mass, as `PointMass.solve` returns it.
 
@@ -68,6 +70,12 @@ class PointMassPose:
     """Empty with PROVED; else one sentence: which cables cannot reach, or what is not decided."""
     note: str = ""
     """With PROVED, one sentence where a cable's state is undecided."""
+
+    def __repr__(self) -> str:
+        if self.status is not PoseStatus.PROVED:
+            return f"<PointMassPose {self.status}: {self.reason}>"
+        place = ", ".join(f"{x:.6g}" for x in self.point)
+        return f"<PointMassPose {self.status}: ({place}) m, taut {self.taut}>"
 
     @property
     def proved(self) -> bool:
@@ -155,7 +163,8 @@ class PointMass:
 
     __slots__ = ("_arrays", "_forced", "_robot")
 
-    def __init__(self, robot: Robot) -> None:
+    def __init__(self, robot: Robot | str | os.PathLike[str]) -> None:
+        robot = require_robot(robot)
         # First: with a range in an anchor it is not known to be a point mass.
         require_treated(robot, uncertain_data(robot))
         if not scope.accepts(robot):

@@ -11,19 +11,23 @@ Floats find lambda and q; the two claims are then checked in exact rationals.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from decimal import Decimal
 from fractions import Fraction
 from itertools import combinations
 
 import numpy as np
 from numpy.typing import NDArray
 
+from cdpr_interval.exact.decimals import rounded_down
 from cdpr_interval.exact.vector import Vector
 
 Floats = NDArray[np.float64]
 
 WEIGHT_ERROR = 1e-12
 """Weights above minus this count as non-negative: the exact check follows."""
+GROWTHS = 8
+"""Times that weights are found anew for larger balls: each time their proof reaches further, soon no more."""
 
 
 def _equal_power(A: Floats, c: Floats, members: Sequence[int]) -> tuple[Floats, Floats] | None:
@@ -94,15 +98,63 @@ def proves_empty(weights: dict[int, float], exits: Sequence[Vector], longest: Se
     ---------
     True: every point p has sum lambda_i (|p - A_i|^2 - l_i^2) > 0, so it is outside at least one ball.
     """
+    smallest = _smallest_sum(weights, exits, longest)
+    return smallest is not None and smallest > 0
+
+
+def _smallest_sum(
+    weights: Mapping[int, float], exits: Sequence[Vector], longest: Sequence[Fraction]
+) -> Fraction | None:
+    """Return the least of sum lambda_i (|p - A_i|^2 - l_i^2) over all points p; None: no weights."""
     exact = {i: Fraction(w) for i, w in weights.items()}
     total = sum(exact.values(), Fraction(0))
     if total <= 0 or min(exact.values()) < 0:
-        return False
+        return None
     mean = [sum((w * exits[i][j] for i, w in exact.items()), Fraction(0)) / total for j in range(3)]
-    smallest = sum(
-        (w * (_norm_squared(exits[i], mean) - longest[i] ** 2) for i, w in exact.items()), Fraction(0)
-    )
-    return smallest > 0
+    return sum((w * (_norm_squared(exits[i], mean) - longest[i] ** 2) for i, w in exact.items()), Fraction(0))
+
+
+def shortfall(exits: Sequence[Vector], longest: Sequence[Fraction]) -> Decimal:
+    """Return by how much all radii have to grow, alike, before balls can have a common point.
+
+    Parameters
+    ----------
+    exits, longest
+        Centres and radii, m.
+
+    Returns
+    -------
+    Decimal
+        m, three digits, rounded down; 0 where nothing is proved.
+
+    Guarantee
+    ---------
+    With every radius larger by less than this, the balls have no common point.
+    """
+    found, weights = 0.0, dict[int, float]()
+    A = np.array([[float(x) for x in a] for a in exits])
+    lengths = np.array([float(x) for x in longest])
+    with np.errstate(all="ignore"):
+        for _ in range(GROWTHS):
+            better, _ = deepest_point(A, lengths + found)
+            few = list(better)
+            share = np.array(list(better.values())) / sum(better.values())
+            own = lengths[few]
+            apart = share @ ((A[few] - share @ A[few]) ** 2).sum(axis=1)
+            middle = share @ own
+            growth = float(np.sqrt(max(middle**2 - share @ own**2 + apart, 0.0)) - middle)
+            if not growth > found:
+                break
+            found, weights = growth, better
+    if not weights:
+        return Decimal(0)
+    # The growth may be a short decimal, just missed by the floats.
+    for wanted in (found * (1.0 + 1e-12), found * (1.0 - 1e-9)):
+        short = rounded_down(Fraction(wanted))
+        least = _smallest_sum(weights, exits, [length + Fraction(short) for length in longest])
+        if least is not None and least >= 0:
+            return short
+    return Decimal(0)
 
 
 def _norm_squared(a: Sequence[Fraction], b: Sequence[Fraction]) -> Fraction:
@@ -120,6 +172,11 @@ def apart_message(names: Sequence[str], cables: Collection[int]) -> str:
     where = "both" if len(cables) == 2 else "all"
     listed = _listed(names, cables)
     return f"cables {listed} cannot reach a common point: no point lies within {where} their lengths"
+
+
+def short_message(short: Decimal) -> str:
+    """Return the part of a sentence that says by how much cables are too short; empty for 0."""
+    return f"; made longer alike, each needs at least {short.normalize():f} m more" if short else ""
 
 
 def touching_message(names: Sequence[str], cables: Collection[int]) -> str:

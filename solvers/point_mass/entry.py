@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from cdpr_interval.exact.enclosure import Bounds
 from cdpr_interval.mechanics.stability import Stability
-from solvers.answers.data import CableState, Nominal, Proof, Solution
+from solvers.answers.data import CableState, Certainty, Nominal, Proof, Solution
 from solvers.point_mass.arrays import Cables
 from solvers.point_mass.fields import OPEN, SLACK, TAUT, report
 
@@ -102,6 +102,8 @@ def solution(fields: Fields, slack_respected: bool | None, proof: Proof = Proof.
         tensions=fields.tensions,
         distances=fields.distances,
         slack_respected=slack_respected,
+        existence=Certainty.PROVED,
+        uniqueness=Certainty.PROVED,
         proof=proof,
         stability=Stability.STABLE,
         nominal=Nominal(
@@ -109,6 +111,7 @@ def solution(fields: Fields, slack_respected: bool | None, proof: Proof = Proof.
             (1.0, 0.0, 0.0, 0.0),
             (0.0, 0.0, 0.0),
         ),
+        family=None,
         note=fields.note,
     )
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
@@ -17,7 +17,7 @@ from cdpr_interval.robots.cable_robot import Robot
 from certificates.checker import check
 from certificates.container import unpack
 from certificates.problem import Listed, Problem, read_problem, read_solutions
-from certificates.verdicts import Malformed, Verdict
+from certificates.verdicts import Conclusion, Malformed, Verdict
 from solvers.answers.data import Solution
 from solvers.answers.result import Result
 from solvers.proofs.listed import written_states
@@ -28,7 +28,8 @@ Json = dict[str, Any]
 Bounds = Sequence[tuple[float, float]]
 
 
-REFUSED = (Verdict.NOT_PROVED, Verdict.MALFORMED)
+REFUSED = (Conclusion.NOT_PROVED, Conclusion.MALFORMED)
+"""The checker says no."""
 
 
 @dataclass(frozen=True)
@@ -41,15 +42,19 @@ class Proof:
     message: str
 
     @property
+    def conclusion(self) -> Conclusion:
+        """The verdict, and whether it leaves something open, in one word with an exit code."""
+        return Conclusion.of(self.verdict, self.is_complete)
+
+    @property
     def name(self) -> str:
-        """The verdict as it is printed."""
-        is_partial = self.verdict is Verdict.PROVED and not self.is_complete
-        return f"{self.verdict}{' (partial)' if is_partial else ''}"
+        """The conclusion as it is printed."""
+        return str(self.conclusion)
 
     @property
     def is_refused(self) -> bool:
         """Whether the checker says no."""
-        return self.verdict in REFUSED
+        return self.conclusion in REFUSED
 
     def __str__(self) -> str:
         return f"{self.name}: {self.message}"
@@ -69,7 +74,13 @@ class Asked:
     ignore_tension_sign: bool = False
 
 
-def proof_of(robot: Robot, result: Result, content: bytes, time_limit: float | None = None) -> Proof:
+def proof_of(
+    robot: Robot,
+    result: Result,
+    content: bytes,
+    time_limit: float | None = None,
+    progress: Callable[[int, int], None] | None = None,
+) -> Proof:
     """Check a certificate, and that it is about a result.
 
     Parameters
@@ -81,6 +92,8 @@ def proof_of(robot: Robot, result: Result, content: bytes, time_limit: float | N
         Of the certificate file.
     time_limit : float, optional
         s; a certificate that takes longer is out of time.
+    progress : callable, optional
+        Called with the numbers of cells checked and to be checked.
 
     Returns
     -------
@@ -98,7 +111,7 @@ def proof_of(robot: Robot, result: Result, content: bytes, time_limit: float | N
         return Proof(Verdict.MALFORMED, False, str(error))
     if differing:
         return Proof(Verdict.NOT_PROVED, False, f"the certificate is not of this result: {differing}")
-    report = check(content, time_limit=time_limit)
+    report = check(content, time_limit=time_limit, progress=progress)
     return Proof(report.verdict, report.complete, report.message)
 
 

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
+from cdpr_interval.exact.decimals import exact_text
 from certificates.problem import FORMAT
 from solvers.answers.result import Result
 from solvers.answers.tool import this_tool
@@ -12,8 +13,11 @@ from solvers.proofs.listed import (
     document_candidates,
     document_solutions,
 )
-from solvers.proofs.text import exact_text, robot_document, solution_document, vector
+from solvers.proofs.text import robot_document, solution_document, vector
 from solvers.questions.problem import Options, Problem
+
+if TYPE_CHECKING:
+    from solvers.proofs.claimed import Claimed
 
 Json = dict[str, Any]
 
@@ -63,13 +67,23 @@ def certificate_document(
     }
 
 
-def certificate_bytes(problem: Problem, options: Options, result: Result) -> bytes:
-    """Return a result's certificate as it is written to a file; ``options.record`` holds its searches."""
+def certificate_of(problem: Problem, options: Options, result: Result) -> tuple[bytes, Claimed]:
+    """Return a result's certificate as it is written to a file, and what it claims.
+
+    ``options.record`` holds the searches of the run.
+    """
     from certificates.container import pack
+    from solvers.proofs.claimed import claimed
     from solvers.proofs.entries import subset_entries
 
     entries = subset_entries(problem, options, result)
-    return pack(certificate_document(problem, options, result, entries, []))
+    document = certificate_document(problem, options, result, entries, [])
+    return pack(document), claimed(document)
+
+
+def certificate_bytes(problem: Problem, options: Options, result: Result) -> bytes:
+    """Return the first of `certificate_of`."""
+    return certificate_of(problem, options, result)[0]
 
 
 def named(entry: Json) -> set[int]:

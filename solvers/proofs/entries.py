@@ -15,6 +15,7 @@ from certificates.subsets import Kind, classify, examined
 from solvers.answers.data import Solution
 from solvers.answers.result import Result
 from solvers.point_mass import scope as point_mass
+from solvers.proofs.account import Account
 from solvers.proofs.allowance import Allowance
 from solvers.proofs.listed import certificate_question, document_solutions, listed_solution
 from solvers.proofs.point import point_entry
@@ -41,18 +42,27 @@ def subset_entries(problem: Problem, options: Options, result: Result) -> list[J
     solutions = document_solutions(problem, result)
     listed = [listed_solution(s) for s in solutions]
     allowance = Allowance(Budget() if options.record is None else options.record.budget)
+    subsets = list(examined(question))
+    cells = {subset.taut: subset.cells for subset in result.subsets}
+    account = Account(options.progress, allowance.budget, [1 + cells.get(taut, 0) for taut in subsets])
     with ctx.workprec(BITS), balls.precision():
         found = []
-        for taut in examined(question):
+        for taut in subsets:
             started: Started = {"pending": NOT_WRITTEN}
             if not allowance.is_spent:
                 with allowance.spending():
+                    account.step(0.0)
                     started = start(problem, options, question, taut, listed, solutions)
             if not isinstance(started, dict):
                 for recorder in started:
-                    recorder.claim_roots(allowance)
+                    recorder.claim_roots(allowance, account)
             found.append((taut, started))
-        return [{"taut": list(taut), **ended(started, options, allowance)} for taut, started in found]
+        entries: list[Json] = []
+        for taut, started in found:
+            with allowance.spending():
+                account.subset(len(entries))
+            entries.append({"taut": list(taut), **ended(started, options, allowance, account)})
+        return entries
 
 
 def start(
@@ -81,10 +91,10 @@ def start(
     return recorders(question, taut, kind, searched, listed) or {"pending": NOT_SEARCHED}
 
 
-def ended(started: Started, options: Options, allowance: Allowance) -> Json:
+def ended(started: Started, options: Options, allowance: Allowance, account: Account) -> Json:
     """Return a subset's entry, its searches completed as far as the allowance goes."""
     if isinstance(started, dict):
         return started
     for recorder in started:
-        recorder.complete(allowance, options.threads)
+        recorder.complete(allowance, account, options.threads)
     return {"searches": [recorder.entry() for recorder in started]}

@@ -27,6 +27,7 @@ from certificates.problem import Listed
 from certificates.problem import Problem as Question
 from certificates.search import Search
 from certificates.tree import Node
+from solvers.proofs.account import Account
 from solvers.proofs.allowance import Allowance
 from solvers.proofs.claims import claim, root_entry
 from solvers.proofs.tree import TURNED, Cell, Trees, box_of
@@ -113,32 +114,35 @@ class Recorder:
         """The compiled tests are taken to agree with the checker's, but where they are doubtful."""
         self.sure: set[Cell] = set()
         """Doubtful cells that the checker confirmed."""
+        self.walked = 0
+        """Nodes below which nothing is missing any more."""
 
-    def claim_roots(self, allowance: Allowance) -> None:
+    def claim_roots(self, allowance: Allowance, account: Account) -> None:
         """Add what the checker confirms about the roots, until the allowance is spent."""
         for root in self.found:
             if allowance.is_spent:
                 return
             with allowance.spending():
+                account.step(0.0)
                 found = claim(self.search, self.reduced, root, self.listed)
                 if found is not None:
                     self.search.roots.append(found)
 
-    def complete(self, allowance: Allowance, threads: int) -> None:
+    def complete(self, allowance: Allowance, account: Account, threads: int) -> None:
         """Put the notes together and search what is missing, until nothing is or the budget is spent."""
         patience = Patience(allowance.budget)
         if patience.stop() is not None:
             return
         with allowance.spending():
             self.trees.add(self.notes.taken(), self.notes.columns)
-            missing = self.missing(self.starts.values(), patience)
+            missing = self.missing(self.starts.values(), patience, account)
             while missing and patience.stop() is None and len(self.trees.nodes) < MOST_CELLS:
                 for is_turned in (True, False):
                     cells = [cell for cell in missing if (len(cell) == TURNED) == is_turned]
                     if cells:
-                        self.look(cells, patience, threads)
+                        self.look(cells, patience, account, threads)
                 self.try_some()
-                missing = self.missing(missing if self.trusts else self.starts.values(), patience)
+                missing = self.missing(missing if self.trusts else self.starts.values(), patience, account)
 
     def try_some(self) -> None:
         """Try some cuts with the checker's test; where one fails no claim is written untried.
@@ -150,11 +154,15 @@ class Recorder:
             leaf = self.trees.leaf(cell, self.trees.nodes[cell])
             self.trusts = self.trusts and confirmed(self.search, leaf, leaf.cell)
 
-    def missing(self, cells: Iterable[Cell], budget: Patience) -> list[Cell]:
+    def missing(self, cells: Iterable[Cell], budget: Patience, account: Account) -> list[Cell]:
         """Return the parts of cells of which nothing is known; what is doubtful is tried on the way."""
         found, waiting = [], list(cells)
+        account.next_step()
+        walked, known = 0, len(self.trees.nodes) - self.walked
         while waiting:
             cell = waiting.pop()
+            walked += 1
+            account.step(walked / max(known, walked))
             node = self.trees.nodes.get(cell)
             if node is not None and self.is_doubtful(cell, node):
                 if budget.whole.stop() is not None:
@@ -164,6 +172,7 @@ class Recorder:
                 found.append(cell)
             else:
                 waiting += self.trees.parts(cell, node)
+        self.walked += walked - len(found)
         return found
 
     def is_doubtful(self, cell: Cell, node: bytes) -> bool:
@@ -186,7 +195,7 @@ class Recorder:
         self.trees.nodes[cell] = bytes([Node.UNDECIDED if is_small else k])
         return self.trees.nodes[cell]
 
-    def look(self, cells: list[Cell], budget: Patience, threads: int) -> None:
+    def look(self, cells: list[Cell], budget: Patience, account: Account, threads: int) -> None:
         """Search cells of one kind by the rules of the certificate, and add what becomes of them."""
         boxes = self.boxes()
         seen = NotedTurns() if len(cells[0]) == TURNED else NotedPoses()
@@ -198,8 +207,9 @@ class Recorder:
             return budget.watching(seen.certified_run(self.model, boxes, SMALLEST, self.unit), seen)
 
         rows = np.array([[*cell, 1.0 / len(cells)] for cell in cells])
+        account.next_step()
         with budget.whole.listening():
-            search(run, rows, budget, threads=threads)
+            search(run, rows, budget, threads=threads, report=account.searched)
         self.trees.add(seen.taken(), seen.columns)
 
     def boxes(self) -> Floats:

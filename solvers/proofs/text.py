@@ -8,14 +8,13 @@ from typing import Any
 
 import numpy as np
 
+from cdpr_interval.exact.decimals import exact_text
 from cdpr_interval.exact.enclosure import Bounds
 from cdpr_interval.robots.cable_robot import Robot, exact, exact_point
 from solvers.answers.data import Family, Solution
 from solvers.proofs.listed import certified, written_states
 
 Json = dict[str, Any]
-LONGEST_DECIMAL = 40
-"""Numbers with more digits are written as p/q."""
 
 
 def robot_document(robot: Robot) -> Json:
@@ -85,19 +84,3 @@ def hexadecimal(value: Any) -> Any:
 def vector(values: Iterable[Fraction]) -> list[str]:
     """Return exact numbers as text."""
     return [exact_text(x) for x in values]
-
-
-def exact_text(x: Fraction) -> str:
-    """Return a finite decimal where it is a short one, else p/q."""
-    twos, rest = 0, x.denominator
-    while rest % 2 == 0:
-        twos, rest = twos + 1, rest // 2
-    fives = 0
-    while rest % 5 == 0:
-        fives, rest = fives + 1, rest // 5
-    places = max(twos, fives)
-    digits = str(abs(x.numerator) * 10**places // x.denominator).rjust(places + 1, "0") if rest == 1 else ""
-    if rest != 1 or len(digits) > LONGEST_DECIMAL:
-        return str(x)
-    sign = "-" if x < 0 else ""
-    return sign + (f"{digits[:-places]}.{digits[-places:]}" if places else digits)

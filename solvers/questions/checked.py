@@ -2,33 +2,34 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable
-
 from cdpr_interval.errors import InputError, NotSupportedError
 from cdpr_interval.robots.cable_robot import Robot
+from solvers.questions.arguments import (
+    Label,
+    check_called,
+    check_counts,
+    check_positive,
+)
 from solvers.questions.errors import InputErrors
 from solvers.questions.problem import Method, Options
 
-Label = Callable[[str], str]
-"""From a parameter's name to what messages call it."""
-
 
 def check_budgets(options: Options, errors: InputErrors, label: Label) -> None:
-    """Note a precision, budgets or a number of threads that are not positive."""
-    for name, value in (("precision", options.precision), ("time_limit", options.time_limit)):
-        if value is not None and not (math.isfinite(value) and value > 0.0):
-            errors.add(f"{label(name)}: must be a positive number, got {value!r}")
-    for name, count in (("cell_limit", options.cell_limit), ("threads", options.threads)):
-        if count is not None and count < 1:
-            errors.add(f"{label(name)}: must be at least 1, got {count!r}")
+    """Note a precision, budgets or a number of threads that are not positive, and what is of a wrong kind."""
+    if options.precision is None:
+        errors.add(f"{label('precision')}: must be a positive number, got None")
+    if options.threads is None:
+        errors.add(f"{label('threads')}: must be a whole number, got None")
+    check_positive(errors, label, precision=options.precision, time_limit=options.time_limit)
+    check_counts(errors, label, cell_limit=options.cell_limit, threads=options.threads)
+    check_called(errors, label, progress=options.progress)
 
 
 def read_method(name: str, label: str = "method") -> Method:
     """Return the method of that name; `InputError` when there is none."""
     try:
         return Method(name)
-    except ValueError:
+    except (ValueError, TypeError):
         raise InputError(f"{label}: must be one of {', '.join(Method)}, got {name!r}") from None
 
 

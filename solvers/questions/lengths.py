@@ -9,7 +9,7 @@ an int, a `Decimal` or `Fraction` (exact), or a pair (lo, hi) of these.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence, Set
 from fractions import Fraction
 from typing import Any
 
@@ -17,7 +17,7 @@ from cdpr_interval.errors import InputError
 from cdpr_interval.exact.range import LengthRange
 from cdpr_interval.files.document import suggestion
 from cdpr_interval.files.literal import quote
-from solvers.questions.number import exact_number
+from cdpr_interval.files.number import exact_number
 from solvers.questions.units import read_metres, split_unit
 
 TOLERANCES = ("+/-", "+-", "±")
@@ -83,6 +83,9 @@ def split_entries(given: Any, names: Sequence[str], label: str, errors: list[str
         return match_names(named, names, label, errors)
     if isinstance(given, Mapping):
         return match_names(given.items(), names, label, errors)
+    if isinstance(given, Set):
+        errors.append(f"{label}: must be a list with one length per cable, a set has no order")
+        return []
     try:
         listed = list(given)
     except TypeError:

@@ -37,6 +37,8 @@ class Progress:
     """Solutions proved so far."""
     subsets_done: int
     subsets_total: int
+    done: float | None = None
+    """Share of all the work, 0..1, where it is known better than by subsets."""
 
 
 class Record(Protocol):

@@ -4,17 +4,17 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
-from fractions import Fraction
-from typing import Any
 
 from cdpr_interval.exact.range import LengthRange
 from cdpr_interval.exact.vector import Vector
-from cdpr_interval.files.document import Document, Node, child, read_document
+from cdpr_interval.files.document import Document, child, read_document
+from cdpr_interval.files.fields import is_free
 from cdpr_interval.files.literal import quote
-from solvers.questions.lengths import match_names, read_length
+from cdpr_interval.files.validation import Models
+from solvers.questions.lengths import match_names
+from solvers.questions.problem_schema import PROBLEM_FORMAT, TAGS, ProblemBlock, length
 
-FORMAT = "cdpr-problem/1"
-_KEYS = ("format", "lengths_m", "external_force_N")
+MODELS = Models(ProblemBlock, {"": ProblemBlock}, TAGS)
 
 
 def read_problem_file(
@@ -42,82 +42,46 @@ def read_problem_file(
         With one line per error, ``FILE:LINE:COLUMN: path: rule``.
     """
     document = read_document(path)
-    root = document.root
-    if not root.is_mapping:
-        document.report(root, "", f"must be a mapping, got {root.kind}")
-        document.require_valid()
-    stated = root.mapping.get("format")
-    if stated is not None and stated.value != FORMAT:
+    stated = document.root.mapping.get("format")
+    if stated is not None and stated.value != PROBLEM_FORMAT:
         # Another format: complaints about its keys would only mislead.
-        document.report(stated, "format", f"must be {quote(FORMAT)}, got {stated.kind}")
+        document.report(stated, "format", f"must be {quote(PROBLEM_FORMAT)}, got {stated.kind}")
         document.require_valid()
-    for key in ("format", "lengths_m"):
-        if key not in root.mapping:
-            document.report(root, key, "missing")
-    for key, node in root.mapping.items():
-        if key not in _KEYS and key != "notes" and not key.startswith("x_"):
-            document.report_unknown_key(node, key, _KEYS)
-    lengths = _lengths(document, root.mapping.get("lengths_m"), names)
-    force = _force(document, root.mapping.get("external_force_N"))
+    _check_names(document, names)
+    block = MODELS.validated(document)
+    if isinstance(block.lengths_m, list):
+        return tuple(block.lengths_m), block.external_force_N
+    named = {**_free(document), **block.lengths_m}
     document.require_valid()
-    return lengths, force
+    return tuple(named[name] for name in names), block.external_force_N
 
 
-def _lengths(document: Document, node: Node | None, names: Sequence[str]) -> tuple[LengthRange, ...]:
+def _free(document: Document) -> dict[str, LengthRange]:
+    """Return the lengths of cables whose names are like the user's own keys, which models never see."""
+    found = {}
+    for name, node in document.root.mapping["lengths_m"].mapping.items():
+        if is_free(name):
+            try:
+                found[name] = length(node.value if isinstance(node.value, list | dict) else node)
+            except ValueError as error:
+                document.report(node, child("lengths_m", name), str(error))
+    return found
+
+
+def _check_names(document: Document, names: Sequence[str]) -> None:
+    """Report lengths that are not one for each cable."""
+    node = document.root.mapping.get("lengths_m")
     if node is None:
-        return ()
-    label = "lengths_m"
+        return
     if node.is_mapping:
         errors: list[str] = []
-        match_names(node.mapping.items(), names, label, errors)
+        match_names(node.mapping.items(), names, "lengths_m", errors)
         for error in errors:
             document.report(node, "", error)
-        entries = [(child(label, name), node.mapping[name]) for name in names if name in node.mapping]
-    elif node.is_list:
-        entries = [(child(label, index), entry) for index, entry in enumerate(node.items)]
-        if len(entries) != len(names):
-            given = f"{len(entries)} length" + ("s" if len(entries) != 1 else "")
-            document.report(node, label, f"{given} for {len(names)} cables ({', '.join(names)})")
-    else:
-        document.report(node, label, f"must be a list, or a mapping from cable to length, got {node.kind}")
-        entries = []
-    ranges = []
-    for path, entry in entries:
-        try:
-            ranges.append(read_length(_value(entry)))
-        except ValueError as error:
-            document.report(entry, path, str(error))
-    return tuple(ranges)
-
-
-def _value(node: Node) -> Any:
-    """Return what `read_length` reads: a Fraction, a text, or a pair of Fractions."""
-    if isinstance(node.value, Fraction | str):
-        return node.value
-    if node.is_list and len(node.items) == 2:
-        return tuple(_number(entry) for entry in node.items)
-    if set(node.mapping) == {"value", "tolerance"}:
-        value, tolerance = _number(node.mapping["value"]), _number(node.mapping["tolerance"])
-        if tolerance < 0:
-            raise ValueError("the tolerance is negative")
-        return value - tolerance, value + tolerance
-    raise ValueError(f"must be a length such as 2.69, 2.69+-0.01 or [2.68, 2.70], got {node.kind}")
-
-
-def _number(node: Node) -> Fraction:
-    if not isinstance(node.value, Fraction):
-        raise ValueError(f"must hold numbers, got {node.kind}")
-    return node.value
-
-
-def _force(document: Document, node: Node | None) -> Vector | None:
-    if node is None:
-        return None
-    try:
-        if len(node.items) != 3:
-            raise ValueError(f"must be a list of 3 numbers, got {node.kind}")
-        x, y, z = (_number(entry) for entry in node.items)
-    except ValueError as error:
-        document.report(node, "external_force_N", str(error))
-        return None
-    return x, y, z
+    elif not node.is_list:
+        document.report(
+            node, "lengths_m", f"must be a list, or a mapping from cable to length, got {node.kind}"
+        )
+    elif len(node.items) != len(names):
+        given = f"{len(node.items)} length" + ("s" if len(node.items) != 1 else "")
+        document.report(node, "lengths_m", f"{given} for {len(names)} cables ({', '.join(names)})")

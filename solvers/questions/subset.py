@@ -29,6 +29,8 @@ def read_subset(given: Any, names: Sequence[str], label: str = "taut") -> tuple[
         One message per unknown or repeated cable; also when nothing is given.
     """
     entries: Iterable[Any] = [part.strip() for part in given.split(",")] if isinstance(given, str) else given
+    if not isinstance(entries, Iterable):
+        raise InputError(f"{label}: must hold names or indices of cables, got {given!r}")
     errors: list[str] = []
     indices: set[int] = set()
     for place, entry in enumerate(entries):

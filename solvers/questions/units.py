@@ -12,7 +12,7 @@ from collections.abc import Iterable
 from fractions import Fraction
 
 from cdpr_interval.files.literal import quote, read_number
-from solvers.questions.number import exact_number
+from cdpr_interval.files.number import exact_number
 
 METRES = {"m": Fraction(1), "cm": Fraction(1, 100), "mm": Fraction(1, 1000)}
 """Units of lengths, in m."""

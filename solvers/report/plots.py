@@ -11,7 +11,18 @@ from cdpr_interval.errors import InputError
 from solvers.answers.data import CableState
 from solvers.answers.result import Result
 from solvers.report.palette import BODY, DISCRETE, GREY, SLACK, TENSION_SCALE, UNDECIDED, tension_colour
-from solvers.report.scene import Points, Scene, axis_range, frame_points, region, scene
+from solvers.report.scene import (
+    Points,
+    Scene,
+    axis_range,
+    bins,
+    frame_points,
+    hull,
+    labels,
+    region,
+    scene,
+    space,
+)
 
 if TYPE_CHECKING:
     from cdpr_interval.robots.cable_robot import Robot
@@ -24,10 +35,20 @@ LAYOUT = {
 }
 HEIGHT_3D = 620
 CAMERA = {"eye": {"x": 1.15, "y": -1.85, "z": 0.75}, "center": {"x": 0, "y": 0, "z": -0.15}}
-BINS = 40
-"""Of a histogram."""
+ACROSS = 4
+"""Histograms side by side."""
+WIDTH = 1080
+"""px, of histograms; the page is a little wider."""
+THIN = 0.2
+"""A cloud of positions this many times thinner than long gets a scale for each axis."""
+MOST_NAMES = 40
+"""Of undecided regions that are written into the picture."""
+ALWAYS = -1
+"""Owner of what is drawn with every solution."""
 LEFT_OPEN = "something left open"
-"""Name of the positions of poses and regions that are not decided."""
+"""Name of the middles of undecided regions."""
+STABLE = ": stable"
+"""In the name of a branch that a platform can hang in."""
 MOST_POINTS = 20_000
 """Of a scatter plot; more are thinned evenly, which the caption says."""
 
@@ -45,40 +66,50 @@ def robot_figure(robot: Robot, result: Result) -> Any:
     """Return the robot in 3-D with every solution; buttons choose one, undecided regions always stay."""
     go = require_plotly()
     scenes = [scene(robot, s, result.lengths, i) for i, s in enumerate(result.solutions, 1)]
-    most = max((cable.tension for one in scenes for cable in one.cables), default=0.0)
     figure = go.Figure(layout={**LAYOUT, "height": HEIGHT_3D})
-    always = [_frame(go, robot)]
-    if result.undecided:
-        always.append(_regions(go, result))
-    if any(cable.tension > 0 for one in scenes for cable in one.cables):
-        always.append(_scale(go, frame_points(robot)[0], most))
+    always = [_frame(go, robot), *_regions(go, result)]
     for trace in always:
         figure.add_trace(trace)
-    owners: list[int] = [-1] * len(always)
+    owners: list[int] = [ALWAYS] * len(always)
+    scales = []
     for number, one in enumerate(scenes):
-        for trace in _pose(go, one, most):
+        most = max((cable.tension for cable in one.cables), default=0.0)
+        traces = _pose(go, one, most)
+        if most > 0.0:
+            scales.append(len(owners) + len(traces))
+            traces.append(_scale(go, frame_points(robot)[0], most))
+        for trace in traces:
             trace.visible = number == 0
             figure.add_trace(trace)
             owners.append(number)
-    _add_buttons(figure, owners, [one.title for one in scenes])
-    axis = {"backgroundcolor": "#f6f6f6", "gridcolor": "#dddddd"}
-    figure.update_layout(
-        scene={
-            "aspectmode": "data",
-            "camera": CAMERA,
-            **{f"{name}axis": {**axis, "title": {"text": f"{name} m"}} for name in "xyz"},
-        },
-        showlegend=False,
-    )
+    _add_buttons(figure, owners, scales, [one.title for one in scenes])
+    boxes = [one.position.T for one in result.undecided if np.isfinite(one.position).all()]
+    figure.update_layout(scene=_space(*hull(scenes, robot, boxes)), showlegend=False)
     return figure
+
+
+def _space(low: Points, high: Points) -> dict[str, Any]:
+    """Return axes of one scale around what is drawn."""
+    low, high = space(low, high)
+    ratio = (high - low) / np.cbrt(np.prod(high - low))
+    axis = {"backgroundcolor": "#f6f6f6", "gridcolor": "#dddddd"}
+    return {
+        "aspectmode": "manual",
+        "aspectratio": dict(zip("xyz", ratio.tolist(), strict=True)),
+        "camera": CAMERA,
+        **{
+            f"{name}axis": {**axis, "title": {"text": f"{name} m"}, "range": [float(low[k]), float(high[k])]}
+            for k, name in enumerate("xyz")
+        },
+    }
 
 
 def _frame(go: Any, robot: Robot) -> Any:
     points = frame_points(robot)
-    names = [cable.name for cable in robot.cables]
     return _points(
-        go, points, mode="markers+text", text=names, marker={"size": 4, "color": GREY}, hoverinfo="text"
-    )
+        go, points, mode="markers+text", text=labels(robot), marker={"size": 4, "color": GREY},
+        hovertext=list(robot.cable_names), hoverinfo="text",
+    )  # fmt: skip
 
 
 def _points(go: Any, points: Points, **options: Any) -> Any:
@@ -86,7 +117,7 @@ def _points(go: Any, points: Points, **options: Any) -> Any:
 
 
 def _scale(go: Any, place: Points, most: float) -> Any:
-    """Return an invisible point that carries the colour bar."""
+    """Return an invisible point that carries the colour bar of one pose."""
     marker = {
         "size": 0.1, "color": [0.0], "cmin": 0.0, "cmax": most, "colorscale": TENSION_SCALE,
         "showscale": True,
@@ -95,11 +126,23 @@ def _scale(go: Any, place: Points, most: float) -> Any:
     return _points(go, place[None, :], mode="markers", marker=marker, hoverinfo="skip")
 
 
-def _regions(go: Any, result: Result) -> Any:
-    edges = np.concatenate([_separated(region(one.position)) for one in result.undecided])
-    return _points(
-        go, edges, mode="lines", line={"color": UNDECIDED, "width": 5}, hoverinfo="text", text="undecided"
-    )
+def _regions(go: Any, result: Result) -> list[Any]:
+    """Return the boxes of what is undecided and their names; those without bounds cannot be drawn."""
+    boxes = [
+        (f"u{number}", one.position)
+        for number, one in enumerate(result.undecided, 1)
+        if np.isfinite(one.position).all()
+    ]
+    if not boxes:
+        return []
+    edges = np.concatenate([_separated(region(box)) for _, box in boxes])
+    names = [name for name, box in boxes[:MOST_NAMES]]
+    places = np.array([box.mean(axis=1) for _, box in boxes[:MOST_NAMES]])
+    line, font = {"color": UNDECIDED, "width": 5}, {"color": UNDECIDED}
+    return [
+        _points(go, edges, mode="lines", line=line, hoverinfo="text", text="undecided"),
+        _points(go, places, mode="text", text=names, textfont=font, hoverinfo="skip"),
+    ]
 
 
 def _separated(pairs: Points) -> Points:
@@ -135,16 +178,16 @@ def _pose(go: Any, one: Scene, most: float) -> list[Any]:
     return traces
 
 
-def _add_buttons(figure: Any, owners: Sequence[int], titles: Sequence[str]) -> None:
-    """Let a menu choose which solution is shown."""
+def _add_buttons(figure: Any, owners: Sequence[int], scales: Sequence[int], titles: Sequence[str]) -> None:
+    """Let a menu choose which solution is shown; all together have no colour bar: each has its own scale."""
     if not titles:
         return
     buttons = [
-        {"label": title, "method": "restyle", "args": [{"visible": [o in (-1, n) for o in owners]}]}
+        {"label": title, "method": "restyle", "args": [{"visible": [o in (ALWAYS, n) for o in owners]}]}
         for n, title in enumerate(titles)
     ]
     if len(titles) > 1:
-        everything = {"visible": [True] * len(owners)}
+        everything = {"visible": [trace not in scales for trace in range(len(owners))]}
         buttons.append({"label": f"all {len(titles)} solutions", "method": "restyle", "args": [everything]})
     menu = {"buttons": buttons, "x": 0.01, "y": 0.99, "xanchor": "left", "yanchor": "top", "bgcolor": "white"}
     figure.update_layout(updatemenus=[menu])
@@ -169,49 +212,67 @@ def tension_figure(result: Result) -> Any:
     return figure
 
 
-def histogram_figure(title: str, values: Mapping[str, Sequence[float]]) -> Any:
-    """Return histograms of one quantity, one for each robot and problem."""
-    go = require_plotly()
-    margin = {**MARGIN, "t": 60}
-    figure = go.Figure(layout={**LAYOUT, "height": 290, "barmode": "overlay", "margin": margin})
-    low, high = axis_range([value for some in values.values() for value in some])
-    size = (high - low) / BINS
-    for number, (name, some) in enumerate(values.items()):
+def histogram_figure(numbers: Mapping[str, Sequence[float]]) -> Any:
+    """Return histograms of several quantities side by side."""
+    require_plotly()
+    from plotly.subplots import make_subplots
+
+    rows = -(-len(numbers) // ACROSS)
+    figure = make_subplots(rows, ACROSS, subplot_titles=list(numbers), vertical_spacing=0.32 / rows)
+    for place, values in enumerate(numbers.values()):
+        low, high = axis_range(values)
         # Counted here: a report must not carry a million numbers.
-        counts, edges = np.histogram(np.array(some), bins=BINS, range=(low, high))
-        middles = 0.5 * (edges[1:] + edges[:-1])
-        colour = DISCRETE[number % len(DISCRETE)]
-        figure.add_trace(
-            go.Bar(x=middles, y=counts, width=size, name=name, marker_color=colour, opacity=0.75)
-        )
+        counts, edges = np.histogram(np.array(values), bins=bins(len(values)), range=(low, high))
+        middles, size = 0.5 * (edges[1:] + edges[:-1]), edges[1] - edges[0]
+        row, column = divmod(place, ACROSS)
+        figure.add_bar(x=middles, y=counts, width=size, marker_color=DISCRETE[0], row=row + 1, col=column + 1)
+    # A fixed width: what is folded away has none to adapt to.
     figure.update_layout(
-        xaxis_title=title, yaxis_title="solutions", bargap=0, showlegend=len(values) > 1,
-        legend={"orientation": "h", "y": 1.15},
-    )  # fmt: skip
+        **{**LAYOUT, "margin": {**MARGIN, "t": 60}},
+        height=80 + 170 * rows,
+        width=WIDTH,
+        bargap=0,
+        showlegend=False,
+    )
+    figure.update_xaxes(nticks=5)
     return figure
 
 
-def scatter_figure(positions: Mapping[str, Sequence[Sequence[float]]], exits: Points | None) -> Any:
-    """Return the positions of all solutions in 3-D, coloured by what they are named."""
+def scatter_figure(positions: Mapping[str, Points], exits: Points | None) -> tuple[Any, bool]:
+    """Return the positions of all solutions in 3-D, and whether its axes have different scales.
+
+    Parameters
+    ----------
+    positions : mapping
+        Names to positions (n, 3) in m.
+    exits : (N, 3) array, optional
+        m: exit points, drawn on a click in the legend.
+    """
     go = require_plotly()
     figure = go.Figure(layout={**LAYOUT, "height": HEIGHT_3D})
     for number, (name, rows) in enumerate(positions.items()):
-        open_ones = name == LEFT_OPEN
-        marker = {"size": 2.5, "color": UNDECIDED if open_ones else DISCRETE[number % len(DISCRETE)]}
-        figure.add_trace(_points(go, np.array(rows), mode="markers", marker=marker, name=name))
+        is_open, is_stable = name == LEFT_OPEN, STABLE in name
+        marker = {
+            "size": 4 if is_stable else 2.5,
+            "color": UNDECIDED if is_open else DISCRETE[number % len(DISCRETE)],
+        }
+        figure.add_trace(_points(go, np.asarray(rows), mode="markers", marker=marker, name=name))
     if exits is not None:
         marker = {"size": 4, "color": GREY, "symbol": "square"}
         figure.add_trace(
             _points(go, exits, mode="markers", marker=marker, name="exit points", visible="legendonly")
         )
+    spans = np.ptp(np.concatenate([np.asarray(rows) for rows in positions.values()]), axis=0)
+    # With one scale for all, a thin cloud is a line that shows nothing.
+    is_stretched = bool(spans.min() < THIN * spans.max())
     axes = {f"{name}axis": {"title": {"text": f"{name} m"}} for name in "xyz"}
     figure.update_layout(
-        scene={"aspectmode": "data", "camera": CAMERA, **axes}, legend={"itemsizing": "constant"}
+        scene={"aspectmode": "cube" if is_stretched else "data", "camera": CAMERA, **axes},
+        legend={"itemsizing": "constant", "orientation": "h", "y": -0.02},
     )
-    return figure
+    return figure, is_stretched
 
 
-def thinned(rows: Sequence[Any], most: int = MOST_POINTS) -> list[Any]:
-    """Return at most so many of the rows, evenly chosen."""
-    step = -(-len(rows) // most)
-    return list(rows[:: max(step, 1)])
+def step(count: int, share: float) -> int:
+    """Return the step by which about a share of so many is kept, and at least one."""
+    return -(-count // max(int(share * count), 1)) if count else 1

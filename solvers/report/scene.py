@@ -21,6 +21,13 @@ from solvers.answers.data import CableState, Solution
 Points = NDArray[np.float64]
 CURVE_POINTS = 25
 """Of a hanging cable."""
+CLOSE = 0.04
+"""Share of the frame within which labels would lie over each other."""
+ROOM = 0.04
+"""Around what is drawn, as a share of it."""
+FLAT = 0.25
+"""Of the longest axis is the shortest at least, also of a robot in a plane."""
+MOST_BINS = 40
 LEAST_SPREAD = 1e-6
 """Of a histogram, as a share of its values."""
 STEEP = 1e-6
@@ -70,6 +77,20 @@ def axis_range(values: Sequence[float]) -> tuple[float, float]:
 def frame_points(robot: Robot) -> Points:
     """Return the exit points, (N, 3) m."""
     return np.array([_floats(cable.frame_anchor) for cable in robot.cables])
+
+
+def labels(robot: Robot) -> list[str]:
+    """Return what to write at each exit point: those that are close together share the label of the first."""
+    points, names = frame_points(robot), robot.cable_names
+    reach = CLOSE * float(np.linalg.norm(np.ptp(points, axis=0)))
+    found = [""] * len(names)
+    free = list(range(len(names)))
+    while free:
+        first = free[0]
+        near = [i for i in free if float(np.linalg.norm(points[i] - points[first])) <= reach]
+        found[first] = ", ".join(names[i] for i in near)
+        free = [i for i in free if i not in near]
+    return found
 
 
 def scene(robot: Robot, solution: Solution, lengths: Bounds, number: int) -> Scene:
@@ -145,12 +166,25 @@ def region(bounds: Bounds) -> Points:
     return np.array([corners[end] for edge in edges for end in edge], dtype=np.float64)
 
 
-def hull(scenes: Sequence[Scene], robot: Robot) -> tuple[Points, Points]:
-    """Return the least and largest coordinates of all that is drawn."""
-    points = [frame_points(robot), *(scene.platform for scene in scenes)]
+def hull(scenes: Sequence[Scene], robot: Robot, others: Sequence[Points] = ()) -> tuple[Points, Points]:
+    """Return the least and largest coordinates of all that is drawn, other points (n, 3) in m among it."""
+    points = [frame_points(robot), *others, *(scene.platform for scene in scenes)]
+    points += [scene.centre[None, :] for scene in scenes]
     points += [cable.points for scene in scenes for cable in scene.cables]
     everything = np.concatenate(points)
     return everything.min(axis=0), everything.max(axis=0)
+
+
+def space(low: Points, high: Points) -> tuple[Points, Points]:
+    """Return where axes begin and end, (3,) m: around what is drawn, and thick also where that is flat."""
+    size = high - low
+    room = np.maximum(ROOM * size, 0.5 * (FLAT * size.max() - size)) + ROOM * size.max()
+    return low - room, high + room
+
+
+def bins(count: int) -> int:
+    """Return how many bins a histogram of so many values has: Rice's rule, at most `MOST_BINS`."""
+    return min(math.ceil(2.0 * count ** (1.0 / 3.0)), MOST_BINS)
 
 
 def _floats(point: Point) -> Points:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -18,7 +19,9 @@ from solvers.proofs.check import Proof, proof_of
 LARGEST_RESULT = 200_000_000
 """Bytes."""
 CHECK_SECONDS = 600.0
-"""A certificate that takes longer is said to be out of time."""
+"""A certificate that takes longer is said to be out of time, unless another limit is given."""
+Told = Callable[[int, int], None]
+"""Takes the numbers of cells of a certificate that are checked and to be checked."""
 
 
 @dataclass(frozen=True)
@@ -31,16 +34,27 @@ class ResultSource:
     """What is known by its certificate; None: it has none."""
 
 
-def read_result(path: Path, robot: str | None, certificate: str | None) -> ResultSource:
+def read_result(
+    path: Path,
+    robot: str | None,
+    certificate: str | None,
+    time_limit: float = CHECK_SECONDS,
+    progress: Told | None = None,
+) -> ResultSource:
     """Read a ``cdpr-result/1`` file, find its robot, and check its certificate.
 
     Parameters
     ----------
     path : Path
     robot : str, optional
-        File or shipped name; the default is the shipped robot whose file the result names by digest.
+        File or shipped name; the default is the robot in the result, or for a result without one the shipped
+        robot whose file it names by digest.
     certificate : str, optional
         A certificate file; it is checked.
+    time_limit : float
+        s for the check.
+    progress : callable, optional
+        Told how far the check is.
 
     Raises
     ------
@@ -62,11 +76,13 @@ def read_result(path: Path, robot: str | None, certificate: str | None) -> Resul
         content = Path(certificate).read_bytes()
     except OSError as error:
         raise InputError(f"--certificate: {printable(certificate)}: {error.strerror}") from None
-    return ResultSource(found, result, proof_of(found, result, content, CHECK_SECONDS))
+    return ResultSource(found, result, proof_of(found, result, content, time_limit, progress))
 
 
-def result_in_batch(folder: Path, number: int) -> ResultSource:
-    """Read one job of a batch; its certificate is checked, when the ledger has it.
+def result_in_batch(
+    folder: Path, number: int, time_limit: float = CHECK_SECONDS, progress: Told | None = None
+) -> ResultSource:
+    """Read one job of a batch; its certificate is checked, when the ledger has it; see `read_result`.
 
     Raises
     ------
@@ -78,12 +94,17 @@ def result_in_batch(folder: Path, number: int) -> ResultSource:
     with Ledger.peek(folder) as ledger:
         result = Result.from_json(result_of(ledger, number))
         robot, content = robot_of(ledger, number), ledger.certificate(number)
-    proof = None if content is None else proof_of(robot, result, content, CHECK_SECONDS)
+    proof = None if content is None else proof_of(robot, result, content, time_limit, progress)
     return ResultSource(robot, result, proof)
 
 
 def _robot(result: Result, source: str | None) -> Robot:
     wanted = result.robot.sha256
+    if source is None and result.provenance is not None:
+        robot = result.source_robot
+        if robot.sha256 != wanted:
+            raise InputError("the result holds another robot than the one that it names (its digest differs)")
+        return robot
     if source is None:
         for name in shipped_robots():
             robot = load_robot(name)
@@ -91,10 +112,15 @@ def _robot(result: Result, source: str | None) -> Robot:
                 return robot
         raise InputError(f"--robot: missing (no shipped robot is {quote(result.robot.name)} of the result)")
     robot = load_robot(source)
+    require_same(result, robot, "--robot")
+    return robot
+
+
+def require_same(result: Result, robot: Robot, label: str) -> None:
+    """Raise `InputError` for another robot than the one of a result."""
     if robot.cable_names != result.cables:
         raise InputError(
-            f"--robot: has cables {', '.join(robot.cable_names)}, the result {', '.join(result.cables)}"
+            f"{label}: has cables {', '.join(robot.cable_names)}, the result {', '.join(result.cables)}"
         )
-    if wanted and robot.sha256 != wanted:
-        raise InputError("--robot: is not the file of the result (its SHA-256 differs)")
-    return robot
+    if not result.is_about(robot):
+        raise InputError(f"{label}: is not the robot of the result: its data differ")

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from cdpr_interval.robots.cable_robot import SIX_DOF, Robot
-from solvers.questions.checked import Label, mixed_cables, uncertain_data
+from solvers.questions.arguments import Label
+from solvers.questions.checked import mixed_cables, uncertain_data
 from solvers.questions.problem import Method, Options
 
 MOST_TAUT = 6

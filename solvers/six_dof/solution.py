@@ -16,7 +16,7 @@ from cdpr_interval.mechanics.six_dof.fields import OPEN, STABLE, Cables, Fields,
 from cdpr_interval.mechanics.six_dof.frame import Frame, Pose
 from cdpr_interval.mechanics.stability import Stability
 from cdpr_interval.robots.cable_robot import Robot, exact_point
-from solvers.answers.data import CableState, Family, Nominal, Proof, Solution
+from solvers.answers.data import CableState, Certainty, Family, Nominal, Proof, Solution
 from solvers.questions.problem import Options, Problem
 from solvers.six_dof.prepared import Lengths
 from solvers.six_dof.roots import Root
@@ -144,6 +144,8 @@ def pose_solution(
         tensions=tensions,
         distances=distances,
         slack_respected=others.respected,
+        existence=Certainty.PROVED,
+        uniqueness=Certainty.PROVED,
         proof=proof,
         stability=stability_of(view, taut, pose, family_motions or [], open_state, pushing),
         nominal=nominal(problem.robot, pose),
@@ -207,9 +209,12 @@ def decided_solutions(
             tensions=fields.tensions[k],
             distances=fields.distances[k],
             slack_respected=-1 not in slack,
+            existence=Certainty.PROVED,
+            uniqueness=Certainty.PROVED,
             proof=Proof.INTERVAL_NEWTON,
             stability=Stability.STABLE if verdicts[k] == STABLE else Stability.UNSTABLE,
             nominal=nominal_pose((x, y, z), rotations[k]),
+            family=None,
         )
         found.append((True, solution))
     return found

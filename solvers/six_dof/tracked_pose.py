@@ -2,14 +2,22 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, field
 from enum import StrEnum
+from functools import partial
 
+from cdpr_interval.errors import CdprError
 from cdpr_interval.exact.enclosure import Bounds
-from cdpr_interval.mechanics.orientation import Quaternion, quaternion_from_rotation
+from cdpr_interval.mechanics.orientation import (
+    Quaternion,
+    quaternion_from_rotation,
+    rotation_from_quaternion,
+)
 from cdpr_interval.mechanics.six_dof.fields import STABLE, UNSTABLE, Fields
 from cdpr_interval.mechanics.stability import Stability
 from solvers.answers.data import CableState
+from solvers.six_dof.estimate import Estimate
 
 
 class TrackStatus(StrEnum):
@@ -27,23 +35,43 @@ class Region:
 
     All poses whose centre of mass lies within ``radius`` of the reference's centre, and whose rotation
     differs from the reference's by a turn of at most ``angle``.
+
+    Attributes
+    ----------
+    centre : (x, y, z)
+        The reference's centre of mass in m, base frame, these very doubles.
+    quaternion : (w, x, y, z)
+        The reference's rotation: that of these very doubles, divided by their norm.
+    radius : float
+        m.
+    angle : float
+        rad.
     """
 
     centre: tuple[float, float, float]
-    """m: the reference's centre of mass, base frame, these very doubles."""
     quaternion: Quaternion
-    """(w, x, y, z), the reference's rotation: that of these very doubles, divided by their norm."""
     radius: float
-    """m."""
     angle: float
-    """rad."""
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, eq=False, slots=True, repr=False)
 class TrackedPose:
     """The static pose near the last one, as `Tracker.update` returns it.
 
-    Bounds are float64 arrays whose last axis is (lo, hi).
+    Bounds are float64 arrays whose last axis is (lo, hi). Where track is lost there are none (asking for
+    them raises `CdprError`), and ``estimate`` has plain floats instead.
+
+    Attributes
+    ----------
+    status : TrackStatus
+        TRACKED or LOST.
+    reason : str
+        Empty with TRACKED; else one sentence: which step of the proof failed, and on which cable it hangs.
+    region : Region or None
+        The poses about which the answer speaks; with LOST the region tried last, None where no pose was
+        tracked before.
+    taut : tuple of int
+        The cables that carry, file order; with LOST those of the last pose tracked.
 
     Guarantee
     ---------
@@ -54,13 +82,23 @@ class TrackedPose:
 
     status: TrackStatus
     reason: str
-    """Empty with TRACKED; else one sentence."""
     region: Region | None
-    """With LOST the region tried last; None where no pose was tracked before."""
     taut: tuple[int, ...]
-    """Indices of the taut cables; with LOST those of the last pose tracked."""
     fields: Fields | None
-    """Of the one pose; None with LOST."""
+    """Of the one pose, as kernels compute them; None with LOST."""
+    _guess: Callable[[], Estimate] | None = field(default=None, compare=False)
+    """Computes the estimate: it takes a millisecond, which only those wait for who ask."""
+
+    def __repr__(self) -> str:
+        if not self.tracked:
+            return f"<TrackedPose {self.status}: {self.reason}>"
+        place = ", ".join(f"{x:.6g}" for x in self.point)
+        return f"<TrackedPose {self.status}: ({place}) m, taut {self.taut}, {self.stability}>"
+
+    def __reduce__(self) -> tuple[object, ...]:
+        """Take the estimate along to another process; the tracker that computes it stays."""
+        guess = None if self._guess is None else partial(_known_estimate, self._guess())
+        return TrackedPose, (self.status, self.reason, self.region, self.taut, self.fields, guess)
 
     @property
     def proved(self) -> bool:
@@ -122,8 +160,26 @@ class TrackedPose:
         """Unit quaternion (w, x, y, z) near the rotation; plain floats, not certified."""
         return quaternion_from_rotation(self.rotation.mean(axis=-1))
 
+    @property
+    def estimate(self) -> Estimate | None:
+        """Where the platform may be, in plain floats, **not certified**; also where track is lost.
+
+        With TRACKED the middle of the bounds. With LOST what Newton's method finds from the last pose,
+        tracked or estimated, which takes one or a few milliseconds when it is asked for. None where no pose
+        was ever known.
+        """
+        if self.fields is None:
+            return None if self._guess is None else self._guess()
+        rotation = rotation_from_quaternion(self.quaternion)
+        tensions = self.tensions.mean(axis=-1)
+        return Estimate(True, 0.0, self.taut, self.point, rotation, tensions)
+
     def _known(self) -> Fields:
         """Return the fields, or say that there are none."""
         if self.fields is None:
-            raise ValueError(f"no pose is proved: {self.reason}")
+            raise CdprError(f"no pose is proved: {self.reason}")
         return self.fields
+
+
+def _known_estimate(found: Estimate) -> Estimate:
+    return found

@@ -8,23 +8,26 @@ around there, whatever cables are taut.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass
+import os
+import threading
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from fractions import Fraction
+from functools import cache, partial
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from cdpr_interval.errors import InputError
+from cdpr_interval.errors import CdprError, InputError
 from cdpr_interval.exact.enclosure import Bounds, enclose
 from cdpr_interval.mechanics.loaded import loaded
 from cdpr_interval.mechanics.rotation import HALF_TURNS, chart_of, quaternion_of
-from cdpr_interval.mechanics.six_dof.arrays import platform_size
 from cdpr_interval.mechanics.six_dof.fields import Cables, Fields, fill_fields
 from cdpr_interval.mechanics.six_dof.frame import Frame
 from cdpr_interval.mechanics.stability import Stability
 from cdpr_interval.robots.cable_robot import Robot
+from cdpr_interval.robots.formats.given import require_robot
 from solvers.answers.data import Outcome, Solution
 from solvers.answers.message import message_of
 from solvers.questions.checked import require_treated, uncertain_data
@@ -33,9 +36,10 @@ from solvers.questions.lengths import read_lengths
 from solvers.questions.problem import Options, Problem
 from solvers.questions.quick import checked, force_key, quick_bounds
 from solvers.six_dof import scope
+from solvers.six_dof.estimate import Body, Estimate, Guess, estimate
 from solvers.six_dof.forward import solve
+from solvers.six_dof.place import Place, guess_of, is_single, place_of
 from solvers.six_dof.prepared import cables_of
-from solvers.six_dof.roots import GENERAL, GEOMETRY, system_of
 from solvers.six_dof.track import (
     BROAD,
     LOOSE,
@@ -59,8 +63,6 @@ LARGER_EVERY = 16
 """After so many updates the region twice as large is tried again."""
 CHART_END = 1.2
 """Largest entry of u before another chart takes over; every rotation has a chart where it is at most 1."""
-FULL_SYSTEM = 6
-"""Taut cables from which on the lengths alone fix the pose."""
 
 
 class Load(NamedTuple):
@@ -74,33 +76,16 @@ class Load(NamedTuple):
     """N: the external force."""
 
 
-@dataclass
-class Place:
-    """The pose tracked last."""
-
-    chart: int
-    z: Floats
-    """(6 + n,) u, p and t, middles."""
-    order: Ints
-    """(N,) the taut cables, then the others."""
-    taut: Ints
-    rows: Floats
-    """(m - n, 6) combinations of the statics equations in the square system."""
-    free: Ints
-    """(m,) its unknowns."""
-    halvings: int = 0
-    """The region proved last had the first radius halved so often."""
-
-
 class Tracker:
     """The static pose near the last one, step by step.
 
     Parameters
     ----------
-    robot : Robot
-        A platform on inextensible cables. Its numbers are enclosed here, once.
-    start : Solution, optional
-        A pose of `forward_kinematics` to start from; without it the first `update` searches for one.
+    robot : Robot, str or PathLike
+        A platform on inextensible cables, its file or name. Its numbers are enclosed here, once.
+    start : Solution or Estimate, optional
+        A pose of `forward_kinematics` to start from, or one in plain floats; without it the first `update`
+        searches for one.
     radius : float, optional
         m: of the largest region tried around the last pose; by default an eighth of ``size``.
     least_radius : float, optional
@@ -116,7 +101,7 @@ class Tracker:
 
     Notes
     -----
-    An instance has a state and belongs to one thread.
+    An instance has a state and belongs to one thread: two calls at once raise `CdprError`.
 
     Examples
     --------
@@ -128,23 +113,30 @@ class Tracker:
     >>> pose = tracker.update([7.501, 8.0, 7.0, 9.0])
     >>> pose.tracked, pose.taut
     (True, (0, 1, 2, 3))
+    >>> lost = tracker.update([7.8, 8.0, 7.0, 9.0])  # a jump: no proof, but an estimate
+    >>> str(lost.status), lost.estimate.status, lost.estimate.converged
+    ('lost-track', 'estimate', True)
+    >>> tracker.reset(lost.estimate)
+    >>> tracker.update([7.8, 8.0, 7.0, 9.0]).tracked
+    True
     """
 
     def __init__(
         self,
-        robot: Robot,
-        start: Solution | None = None,
+        robot: Robot | str | os.PathLike[str],
+        start: Solution | Estimate | None = None,
         *,
         radius: float | None = None,
         least_radius: float | None = None,
     ) -> None:
+        robot = require_robot(robot)
         require_treated(robot, uncertain_data(robot))
         if not scope.accepts(robot):
             raise InputError(f"robot '{robot.name}': is a point mass; use PointMass, it needs no start")
         require_treated(robot, scope.refuses(robot))
         self._robot = robot
-        points = np.array([[float(x) for x in b] for b in loaded(robot).arms])
-        self._size = platform_size(points)
+        self._body = Body(robot)
+        self._size = self._body.size
         self._radius = metres("radius", radius, LARGEST_REGION * self._size, 0.5 * self._size)
         smallest = min(SMALLEST_REGION * self._size, self._radius)
         least = metres("least_radius", least_radius, smallest, self._radius)
@@ -154,7 +146,9 @@ class Tracker:
         self._loaded: Load | None = None
         self._charts: Floats | None = None
         self._place: Place | None = None
+        self._guess: Guess | None = None
         self._updates = 0
+        self._busy = threading.Lock()
         if start is not None:
             self.reset(start)
 
@@ -168,33 +162,19 @@ class Tracker:
         """A length of the platform in m; a region of radius r holds turns by up to r / size rad."""
         return self._size
 
-    def reset(self, start: Solution) -> None:
-        """Go on from a pose of `forward_kinematics`.
+    def reset(self, start: Solution | Estimate) -> None:
+        """Go on from a pose of `forward_kinematics`, or from an `Estimate` of a lost pose.
+
+        A start is only where the next proof begins: from an estimate, too, what `update` says is proved.
 
         Raises
         ------
         InputError
-            It is not one pose with every cable's state decided.
+            It is not one pose of this robot with every cable's state decided, or an estimate that has
+            not converged.
         """
-        if len(start.cable_states) != self._count:
-            raise InputError(f"start: has {len(start.cable_states)} cables, the robot {self._count}")
-        if not is_single(start):
-            raise InputError("start: must be one pose, with every cable proved taut or slack")
-        n = len(start.taut)
-        system = system_of(GEOMETRY if n == FULL_SYSTEM else GENERAL, n)
-        z = np.zeros(6 + n)
-        chart, u = chart_of(start.nominal.quaternion_wxyz)
-        z[:3] = u
-        centre = np.array([float(x) for x in loaded(self._robot).centre])
-        z[3:6] = np.array(start.nominal.position) + start.rotation.mean(axis=-1) @ centre
-        if n < FULL_SYSTEM:
-            taut = list(start.taut)
-            z[6:] = start.tensions[taut].mean(axis=-1) / start.distances[taut].mean(axis=-1)
-        others = np.array([i for i in range(self._count) if i not in start.taut], dtype=np.int64)
-        taut_cables = np.array(start.taut, dtype=np.int64)
-        self._place = Place(
-            chart, z, np.concatenate([taut_cables, others]), taut_cables, system.rows, system.free[0].copy()
-        )
+        with self._alone():
+            self._place, self._guess = place_of(self._body, start), None
 
     def warm_up(self) -> None:
         """Compile or load the kernels now, so that no later call waits for them (many seconds once)."""
@@ -240,6 +220,21 @@ class Tracker:
         there is. The region is halved until the proof succeeds: it shrinks where a cable is nearly
         slack or taut, and near a singular pose.
         """
+        with self._alone():
+            return self._update(lengths, external_force)
+
+    @contextmanager
+    def _alone(self) -> Iterator[None]:
+        """Refuse a call that comes while another one runs: their states would be mixed."""
+        if not self._busy.acquire(blocking=False):
+            raise CdprError("tracker: is in use by another thread; make one tracker for each")
+        try:
+            yield
+        finally:
+            self._busy.release()
+
+    def _update(self, lengths: Any, external_force: Any) -> TrackedPose:
+        """Return the pose for new lengths."""
         bounds, load = self._question(lengths, external_force)
         if self._place is None:
             reason = self._begin(lengths, load)
@@ -271,7 +266,18 @@ class Tracker:
                 return TrackedPose(TrackStatus.TRACKED, "", region, taut, fields)
             status = SINGULAR
         place.halvings = 0
-        return TrackedPose(TrackStatus.LOST, self._reason(status, cable, region), region, taut, None)
+        guess = cache(partial(self._estimate, place, bounds, load))
+        return TrackedPose(TrackStatus.LOST, self._reason(status, cable, region), region, taut, None, guess)
+
+    def _estimate(self, place: Place, bounds: Bounds, load: Load) -> Estimate:
+        """Return a pose in plain floats for lengths for which track was lost, from the last one known."""
+        is_last = self._place is place
+        start = self._guess if is_last and self._guess is not None else guess_of(place)
+        found, guess = estimate(self._body, start, bounds.mean(axis=1), load.bounds.mean(axis=1))
+        if is_last:
+            # The next pose that is lost is nearer to this one than to the last that was tracked.
+            self._guess = guess
+        return found
 
     def _question(self, lengths: Any, external_force: Any) -> tuple[Bounds, Load]:
         """Return the bounds of the lengths in m, and what follows from the force; raise if they are wrong."""
@@ -288,7 +294,7 @@ class Tracker:
 
     def _move(self, place: Place, root: Floats, halvings: int) -> None:
         """Make the pose found the reference of the next update."""
-        place.z, place.halvings = root, halvings
+        place.z, place.halvings, self._guess = root, halvings, None
         if max(map(abs, root[:3].tolist())) > CHART_END:
             place.chart, u = chart_of(quaternion_of(place.chart, place.z))
             place.z[:3] = u
@@ -345,7 +351,7 @@ class Tracker:
             return (
                 f"there is no last pose, and {len(stable)} stable ones for these lengths: choose one by reset"
             )
-        self.reset(stable[0])
+        self._place = place_of(self._body, stable[0])
         return ""
 
     def _under(self, external_force: Any) -> Load:
@@ -372,11 +378,6 @@ def metres(name: str, given: float | None, default: float, most: float) -> float
     if isinstance(given, int | float | np.number) and 0.0 < given <= most:
         return float(given)
     raise InputError(f"{name}: must be positive and at most {most:g} m, got {given!r}")
-
-
-def is_single(solution: Solution) -> bool:
-    """Return True for one pose (no family) with every cable's state decided."""
-    return solution.family is None and solution.is_proved and solution.is_strict
 
 
 def charts_of(cables: Cables) -> Floats:

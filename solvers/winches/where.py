@@ -13,7 +13,7 @@ from cdpr_interval.mechanics.orientation import Quaternion
 from cdpr_interval.mechanics.stability import Stability
 from cdpr_interval.robots.cable_robot import Robot
 from solvers.answers.data import CableState, Solution
-from solvers.answers.document import numbers
+from solvers.answers.fields import numbers
 from solvers.classes import class_of
 from solvers.forward import forward_kinematics
 from solvers.six_dof.tracker import Tracker

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import csv
+import hashlib
 import json
 import os
 import random
+import re
 import resource
 import signal
 import sqlite3
@@ -17,6 +19,8 @@ from contextlib import closing, contextmanager
 import pytest
 from click.testing import CliRunner
 
+from cdpr_interval import load_robot
+from solvers import Result, forward_kinematics
 from solvers.batch import campaign
 from solvers.cli import cli
 from tests.support.batch_workers import MONTE_CARLO, listed, write
@@ -50,7 +54,7 @@ def test_a_batch_from_file_to_tables(run, tmp_path):
     jobs, out = write(tmp_path, MONTE_CARLO.format(samples=50)), tmp_path / "out"
     done = run(jobs, "--out", out, "--threads", 2)
     assert done.exit_code == 0, done.stderr
-    assert done.stdout.startswith("50 jobs: 50 done; 0 with something undecided\n")
+    assert done.stdout.startswith("50 jobs: 50 done; nothing left open\n")
     with (out / "solutions.csv").open() as stream:
         table = list(csv.DictReader(stream))
     assert len(table) == 50 and {row["status"] for row in table} == {"done"}
@@ -207,7 +211,8 @@ def test_certificates_of_a_batch_are_checked_as_what_they_are(run, tmp_path):
 def test_a_batch_without_certificates_has_nothing_proved(run, tmp_path):
     assert run(write(tmp_path, MONTE_CARLO.format(samples=2)), "--out", tmp_path / "out", "-q").exit_code == 0
     done = run("check", tmp_path / "out")
-    assert (done.exit_code, done.stdout) == (3, "0 certificates\n2 jobs have none\n")
+    assert (done.exit_code, done.stdout) == (3, "0 certificates; 2 jobs have none\n")
+    assert done.stderr == done.stdout
 
 
 def report(*arguments, code=0):
@@ -361,6 +366,106 @@ def test_folders_that_cannot_be_used(run, tmp_path):
     done = run(jobs)
     assert done.exit_code == 2 and done.stderr == "--out: missing, the folder of ledger and tables\n"
     done = run("status", tmp_path / "nowhere")
-    assert done.exit_code == 3 and "no batch there" in done.stderr
+    assert done.exit_code == 2 and "no batch there" in done.stderr
     done = run("show", tmp_path / "nowhere", 1)
-    assert done.exit_code == 3
+    assert done.exit_code == 2 and len(done.stderr.splitlines()) == 1
+
+
+PERTURBED = """\
+format: cdpr-batch/1
+robots: [uc2]
+problems:
+  - type: monte-carlo
+    lengths_m: [7.5, 8]
+    samples: 3
+    seed: 1
+    perturb:
+      mass_kg: {distribution: normal, relative_sigma: 0.05}
+      centre_of_mass_m: {distribution: uniform, half_width: 0.02, axes: [x, z]}
+options: {certificates: true}
+"""
+
+
+def test_a_perturbed_robot_is_written_and_is_what_the_result_is_about(run, tmp_path):
+    jobs, out, file = write(tmp_path, PERTURBED), tmp_path / "out", tmp_path / "robot.yaml"
+    assert run(jobs, "--out", out, "--threads", 1).exit_code == 0
+    shown = run("show", out, 2, "--json", "--robot", file, "--certificate", tmp_path / "c.cert")
+    document, robot, nominal = json.loads(shown.stdout), load_robot(file), load_robot("uc2")
+    assert robot.sha256 == document["robot"]["sha256"] == hashlib.sha256(file.read_bytes()).hexdigest()
+    assert robot.platform.mass != nominal.platform.mass
+    (x, y, z), centre = robot.platform.centre_of_mass, nominal.platform.centre_of_mass
+    assert x != centre[0] and y == centre[1] and z != centre[2]
+    assert robot.cables == nominal.cables
+    result = Result.from_json(json.dumps(document))
+    assert result.verify(robot) == []
+    again = forward_kinematics(robot, ["7.5", "8"])
+    assert [s.position.tolist() for s in again.solutions] == [s.position.tolist() for s in result.solutions]
+    assert run("check", out).exit_code == 0
+
+
+def test_an_unperturbed_robot_is_written_as_its_file(run, tmp_path):
+    jobs, out, file = write(tmp_path, listed(ROWS[:1])), tmp_path / "out", tmp_path / "robot.yaml"
+    run(jobs, "--out", out, "--threads", 1)
+    assert run("show", out, 1, "--robot", file).exit_code == 0
+    assert file.read_bytes() == load_robot("merlet_4_1").file
+    refused = run("show", out, 1, "--robot", tmp_path)
+    assert refused.exit_code == 2 and "--robot: " in refused.stderr
+
+
+@pytest.mark.parametrize(
+    ("perturb", "message"),
+    [
+        ("mass_kg: {distribution: uniform, half_width: 1}", "perturb.mass_kg: could become zero"),
+        ("mass_kg: {distribution: normal, relative_sigma: 0.25}", "perturb.mass_kg: could become zero"),
+        ("centre_of_mass_m: {distribution: normal, relative_sigma: 0.1}", "needs an absolute width"),
+    ],
+)
+def test_a_perturbation_that_cannot_be_is_refused(run, tmp_path, perturb, message):
+    text = re.sub(r"    perturb:(.|\n)*axes.*\n", f"    perturb: {{{perturb}}}\n", PERTURBED)
+    done = run(write(tmp_path, text), "--out", tmp_path / "out")
+    assert done.exit_code == 2 and message in done.stderr
+
+
+def test_the_centre_of_a_point_mass_cannot_be_moved(run, tmp_path):
+    text = PERTURBED.replace("uc2", "merlet_4_1").replace("[7.5, 8]", "[2.69, 3.9, 3.35, 4.38]")
+    done = run(write(tmp_path, text), "--out", tmp_path / "out")
+    assert done.exit_code == 2 and "perturb.centre_of_mass_m: 'merlet-4-1' is a point mass" in done.stderr
+
+
+def table_of(run, tmp_path, text, *options):
+    (tmp_path / "t.csv").write_text(text, encoding="utf-8")
+    jobs = write(tmp_path, "format: cdpr-batch/1\nrobots: [uc2]\nproblems: [{type: csv, file: t.csv}]\n")
+    return run(jobs, *options)
+
+
+HEADS = [
+    ("c1;c2\n1;2\n", ["columns are separated by ';': write commas, and decimals with a point"]),
+    ("c1\tc2\n1\t2\n", ["columns are separated by tabs: write commas, and decimals with a point"]),
+    (
+        "time,c1,c2\n" + "0,7.5,8\n" * 9,
+        ["unknown column 'time': a column of your own begins with x_ ('x_time')"],
+    ),
+    (",c1,c2\n0,7.5,8\n", ["column 1 has no title: a column of your own begins with x_"]),
+    ("C1,c2\n7.5,8\n", ["no column for c1", "unknown column 'C1' (did you mean 'c1'?)"]),
+    ("c1,length_c1_m,c2\n7,7,8\n", ["column 'length_c1_m' is the second one of cable 'c1'"]),
+    ("length_c1_m,x_m\n7,7\n", ["no column for c2"]),
+    ("c1,c2,job\n7,7,1\n", ["unknown column 'job': a column of your own begins with x_ ('x_job')"]),
+]
+
+
+@pytest.mark.parametrize(("text", "messages"), HEADS)
+def test_a_wrong_head_is_refused_once_in_its_own_line(run, tmp_path, text, messages):
+    done = table_of(run, tmp_path, text, "--dry-run")
+    said = [f"problems[0]: file 't.csv' line 1: {message}" for message in messages]
+    assert done.exit_code == 2
+    assert [line.partition(": ")[2] for line in done.stderr.splitlines()] == said
+
+
+def test_lengths_of_a_table_of_solutions_are_read_again(run, tmp_path):
+    done = table_of(run, tmp_path, "x_t,c1,c2\n0,7.5,8\n1,7.25,8\n", "--out", tmp_path / "a", "--threads", 1)
+    assert done.exit_code == 0
+    solutions = (tmp_path / "a" / "solutions.csv").read_text(encoding="utf-8")
+    assert len(solutions.splitlines()) > 3
+    again = table_of(run, tmp_path, solutions, "--out", tmp_path / "b", "--threads", 1)
+    assert again.exit_code == 0 and again.stdout.startswith("2 jobs: 2 done")
+    assert (tmp_path / "b" / "solutions.csv").read_text(encoding="utf-8") == solutions

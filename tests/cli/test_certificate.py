@@ -161,7 +161,8 @@ def test_the_checker_runs_by_itself(hanging, file):
     assert done.stdout == "PROVED: 1 static pose, and no other one\n"
     file.write_bytes(b"")
     done = subprocess.run(alone, capture_output=True, text=True, timeout=100)
-    assert done.returncode == 2 and done.stdout.startswith("MALFORMED: ") and done.stderr == ""
+    assert done.returncode == 2 and done.stdout.startswith("MALFORMED: ")
+    assert done.stderr == "MALFORMED: this is no certificate (exit code 2)\n"
 
 
 UC2 = ("fk", "uc2", "--lengths", "7.5,8", "--certificate")

@@ -1,13 +1,17 @@
 """``cdpr-solve`` as a user calls it: options, messages, files and exit codes."""
 
 import json
+import re
 import subprocess
 import sys
 from fractions import Fraction
+from pathlib import Path
 
 import pytest
 from click.testing import CliRunner
 
+from cdpr_interval import load_robot
+from cdpr_interval.robots.cable_robot import Elasticity
 from solvers.answers.data import Answer, StopReason
 from solvers.answers.result import Result
 from solvers.cli import COMMANDS, cli
@@ -89,7 +93,7 @@ def test_the_table(asked, hanging):
     title, head, row = result.stdout.splitlines()
     assert title == "hanging (point-mass, 2 cables): 1 static pose, proved to be all"
     assert " ".join(head.split()) == "# taut stability x m y m z m tensions N"
-    assert row.split() == ["1", "c1", "stable", "0.000000", "0.000000", "-2.000000", "98.1000"]
+    assert row.split() == ["1", "c1", "*", "stable", "0.000000", "0.000000", "-2.000000", "c1", "98.1000"]
 
 
 def test_fk_may_be_left_out(asked, hanging):
@@ -194,7 +198,7 @@ def test_what_is_open_what_switches_and_what_only_touches(tmp_path):
     file = tmp_path / "line.yaml"
     file.write_text(LINE, encoding="utf-8")
     dependent = run(file, "--lengths", "2.5,1.5,2.5", "--taut", "c0,c1,c2", "--ignore-slack")
-    assert dependent.exit_code == 3 and "1 static pose proved, 1 with an undecided cable" in dependent.stdout
+    assert dependent.exit_code == 3 and "1 static pose proved, with an undecided cable" in dependent.stdout
     assert (
         "taut or slack undecided: c0,c1,c2; cables {c0, c1, c2} tight, tensions not unique"
         in dependent.stdout
@@ -258,8 +262,10 @@ def test_something_undecided_is_exit_3(asked, hanging, tmp_path):
     result = run(hanging, "--lengths", "2,5", "--json", tmp_path / "r.json", "-v")
     assert result.exit_code == 3 and (tmp_path / "r.json").is_file()
     assert "taut or slack undecided: c2; c2 is just taut" in result.stdout
-    assert "undecided: taut c2,c1, 3 cells at (0.333333, 0.000000, -2.000000) m: singular" in result.stdout
-    assert "100 cells" in result.stderr
+    region = next(line for line in result.stdout.splitlines() if line.startswith("u1 "))
+    assert region.split() == ["u1", "c2,c1", "3", "1.1e-9", "0.333333", "0.000000", "-2.000000"]
+    assert "\nu1: singular\n" in result.stdout
+    assert "100 cells" in result.stderr and " UTC on " in result.stderr and "robot sha256 " in result.stderr
 
 
 def test_an_interrupt_is_exit_130_with_its_result(asked, hanging, tmp_path):
@@ -410,6 +416,90 @@ def test_validate_shows_ranges_as_ranges(tmp_path):
         "  uncertain: platform.mass_kg in [9.5, 10.5]\n"
         "  uncertain: cables[1].frame_anchor_m[1] in [0, 0.25]\n",
     )
+    (warning,) = lines(result)
+    assert warning.startswith(
+        "warning: this version cannot solve it: uncertain scalars are not supported yet"
+    )
+
+
+def test_validate_warns_of_what_is_hardly_meant_and_prints_notes(tmp_path):
+    crane = tmp_path / "crane.yaml"
+    text = hanging_mass.TEXT.replace("[4, 0, 0]", "[4000, 0, 0]")
+    crane.write_text(text + "notes: [the mass is a placeholder, 'measured: no']\n", encoding="utf-8")
+    result = run("validate", crane)
+    assert result.exit_code == 0
+    assert "  notes: the mass is a placeholder\n  notes: measured: no\n" in result.stdout
+    (warning,) = lines(result)
+    assert warning.startswith("warning: frame_anchor_m: exit points are 4000 m apart: in millimetres?")
+    quiet = run("validate", crane, "-q")
+    assert (quiet.exit_code, quiet.stdout, lines(quiet)) == (0, "", [warning])
+
+
+def test_validate_says_what_this_version_cannot_solve(tmp_path):
+    robot = load_robot("uc2")
+    spring = Elasticity(stiffness=1e4)
+    for name, cables, reason in (
+        (
+            "elastic",
+            [cable.replace(elasticity=spring) for cable in robot.cables],
+            "elastic cables of a platform",
+        ),
+        ("mixed", [robot.cables[0].replace(elasticity=spring), robot.cables[1]], "elastic and inextensible"),
+    ):
+        path = tmp_path / f"{name}.yaml"
+        robot.replace(cables=cables).save(path)
+        result = run("validate", path)
+        assert result.exit_code == 0 and ": valid, " in result.stdout
+        (warning,) = lines(result)
+        assert warning.startswith(f"warning: this version cannot solve it: {reason}")
+        assert run(path, "--lengths", "7.5,8").exit_code == 2
+
+
+def test_validate_as_json(tmp_path):
+    result = run("validate", "six_leg_40", "--json", "-")
+    document = json.loads(result.stdout)
+    assert (result.exit_code, result.stderr, document["format"]) == (0, "", "cdpr-validation/1")
+    assert document["model"] == "six-dof" and document["cables"] == [f"c{i}" for i in range(1, 7)]
+    assert (document["warnings"], document["not_supported"]) == ([], None)
+    assert document["notes"].endswith("The mass is a placeholder.")
+    both = run("validate", "uc2", "--json", tmp_path / "v.json")
+    assert both.stdout.startswith("uc2: valid") and json.loads((tmp_path / "v.json").read_text())
+    (tmp_path / "bad.yaml").write_text("name: x\n", encoding="utf-8")
+    wrong = run("validate", tmp_path / "bad.yaml", "--json", tmp_path / "w.json")
+    assert wrong.exit_code == 2 and not (tmp_path / "w.json").exists()
+    assert any(line.endswith("format: missing: write 'format: cdpr-robot/1'") for line in lines(wrong))
+
+
+def test_the_template_is_a_valid_robot_whose_comments_hold(tmp_path):
+    template = run("validate", "--template")
+    assert template.exit_code == 0
+    for text in (
+        template.stdout,
+        re.sub(r"^( *)# (notes|elasticity|tension_limits_N):", r"\1\2:", template.stdout, flags=re.M),
+    ):
+        path = tmp_path / "my.yaml"
+        path.write_text(text, encoding="utf-8")
+        result = run("validate", path)
+        assert result.exit_code == 0 and "my-robot: valid, six-dof platform on 3 cables" in result.stdout
+        assert "in millimetres" not in result.stderr
+
+
+def test_where_the_schema_is():
+    result = run("validate", "--schema")
+    document = json.loads(Path(result.stdout.strip()).read_text(encoding="utf-8"))
+    assert result.exit_code == 0 and document["title"] == "cdpr-robot/1"
+
+
+@pytest.mark.parametrize("args", [[], ["uc2", "--schema"], ["--template", "--schema"]])
+def test_validate_needs_one_thing_to_do(args):
+    result = run("validate", *args)
+    assert (result.exit_code, result.stdout) == (2, "") and lines(result)[0].startswith("validate: ")
+
+
+def test_no_pose_says_by_how_much(hanging):
+    result = run(hanging, "--lengths", "1,1.5")
+    assert result.exit_code == 4
+    assert result.stdout.strip().endswith("; made longer alike, each needs at least 0.749 m more")
 
 
 @pytest.mark.parametrize("name", ["cogiro", "merlet_4_1_k100"])

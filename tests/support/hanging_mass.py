@@ -13,6 +13,7 @@ from cdpr_interval.robots.formats.reader import parse_robot
 from solvers.answers.data import (
     Answer,
     CableState,
+    Certainty,
     Nominal,
     Outcome,
     Proof,
@@ -56,9 +57,12 @@ def solution() -> Solution:
         tensions=tensions,
         distances=around([2.0, 20.0**0.5]),
         slack_respected=True,
+        existence=Certainty.PROVED,
+        uniqueness=Certainty.PROVED,
         proof=Proof.CONVEXITY,
         stability=Stability.STABLE,
         nominal=Nominal((0.0, 0.0, -2.0), (1.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0)),
+        family=None,
     )
 
 

@@ -14,8 +14,8 @@ from cdpr_interval.exact.enclosure import enclose
 from cdpr_interval.files.document import Document
 from cdpr_interval.mechanics.stability import Stability
 from cdpr_interval.robots.cable_robot import Cable, Platform, Robot
-from solvers.answers.data import Answer, CableState, Nominal, Proof, Solution, SubsetReport
-from solvers.questions.checked import Label
+from solvers.answers.data import Answer, CableState, Certainty, Nominal, Proof, Solution, SubsetReport
+from solvers.questions.arguments import Label
 from solvers.questions.problem import Options, Problem
 
 FORMAT = "plumb-robot/1"
@@ -44,7 +44,7 @@ def read(document: Document) -> Plumb:
     hook = tuple(Fraction(item.literal) for item in given["hook_m"].items)
     cable = Cable("rope", (hook[0], hook[1], hook[2]), ORIGIN)
     platform = Platform(Fraction(given["mass_kg"].literal))
-    return Plumb(str(given["name"].value), platform, (cable,), sha256=document.sha256)
+    return Plumb(str(given["name"].value), platform, (cable,)).read_from(document.data)
 
 
 def below(hook: tuple[Fraction, ...], length: Fraction) -> tuple[Fraction, ...]:
@@ -92,9 +92,12 @@ class PlumbClass:
             tensions=np.array([weight]),
             distances=np.array([[enclose(lo)[0], enclose(hi)[1]]]),
             slack_respected=True,
+            existence=Certainty.PROVED,
+            uniqueness=Certainty.PROVED,
             proof=Proof.CONVEXITY,
             stability=Stability.STABLE,
             nominal=Nominal((x, y, z), (1.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0)),
+            family=None,
         )
         answer = Answer((solution,))
         report = SubsetReport((0,), answer.outcome, 1, 0, 0.0)

@@ -17,7 +17,7 @@ from cdpr_interval.mechanics.orientation import (
 )
 from cdpr_interval.mechanics.stability import Stability
 from cdpr_interval.robots.cable_robot import Robot
-from solvers.answers.data import CableState, Nominal, Proof, Solution
+from solvers.answers.data import CableState, Certainty, Nominal, Proof, Solution
 from solvers.answers.result import Result
 from solvers.six_dof.tracked_pose import Region, TrackedPose
 
@@ -53,9 +53,12 @@ def start_at(
         tensions=thin(np.array(tensions, dtype=np.float64)),
         distances=thin(distances),
         slack_respected=True,
+        existence=Certainty.PROVED,
+        uniqueness=Certainty.PROVED,
         proof=Proof.INTERVAL_NEWTON,
         stability=Stability.UNDECIDED,
         nominal=Nominal((x, y, z), quaternion_from_rotation(rotation), (0.0, 0.0, 0.0)),
+        family=None,
     )
 
 

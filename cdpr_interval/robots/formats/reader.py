@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import difflib
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from importlib import resources
 from pathlib import Path
+from typing import Any
 
 from cdpr_interval.errors import InputError
 from cdpr_interval.files.document import Document, parse_document, read_bytes
 from cdpr_interval.files.literal import printable, quote
+from cdpr_interval.files.mapping import document_of
 from cdpr_interval.robots.cable_robot import Robot
 from cdpr_interval.robots.formats import robot_reader, schema
 from cdpr_interval.robots.shipped import ROBOTS, SUFFIXES, shipped_robots
@@ -75,7 +77,16 @@ def parse_robot(data: bytes | str, file: str = "<text>") -> Robot:
         With one line per error, ``FILE:LINE:COLUMN: path: rule``, lines and columns from 1,
         indices in the path from 0.
     """
-    document = parse_document(data, file)
+    return _read(parse_document(data, file))
+
+
+def robot_of(data: Mapping[str, Any], label: str) -> Robot:
+    """Return the robot of a mapping with the keys of a file; see `Robot.from_dict`."""
+    return _read(document_of(data, label))
+
+
+def _read(document: Document) -> Robot:
+    """Return the robot of a document of any known format."""
     stated = document.root.mapping.get("format")
     first = next(iter(FORMATS))
     if stated is None or not document.root.is_mapping:

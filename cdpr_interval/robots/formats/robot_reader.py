@@ -21,7 +21,17 @@ def robot(document: Document) -> Robot:
     """Check the tree against the schema and build the robot, or raise with every error."""
     _check_names(document)
     _check_winches(document)
-    return _robot(_models(document).validated(document), document.sha256)
+    found = _robot(_models(document).validated(document), _notes(document))
+    return found.read_from(document.data) if document.data else found
+
+
+def _notes(document: Document) -> str | None:
+    """Return what the file says in ``notes``: a text, or a list of texts as its lines."""
+    node = document.root.mapping.get("notes")
+    if node is None:
+        return None
+    lines = [entry.literal for entry in node.items] if node.is_list else [node.literal]
+    return "\n".join(line.strip() for line in lines if line) or None
 
 
 def _models(document: Document) -> Models[schema.RobotBlock]:
@@ -31,8 +41,10 @@ def _models(document: Document) -> Models[schema.RobotBlock]:
     if "winches" in root or any("winch" in cable.mapping for cable in cables):
         from cdpr_interval.robots.formats import winch_schema
 
-        return Models(winch_schema.RobotWithWinches, winch_schema.BLOCKS, winch_schema.TAGS)
-    return Models(schema.RobotBlock, schema.BLOCKS, SHAPES, LAZY)
+        return Models(
+            winch_schema.RobotWithWinches, winch_schema.BLOCKS, winch_schema.TAGS, word=schema.ROBOT_FORMAT
+        )
+    return Models(schema.RobotBlock, schema.BLOCKS, SHAPES, LAZY, schema.ROBOT_FORMAT)
 
 
 def _check_names(document: Document) -> None:
@@ -69,7 +81,7 @@ def _check_winches(document: Document) -> None:
             document.report(node, f"{path}.node", f"{node.literal} is the node of cables[{other}] already")
 
 
-def _robot(block: schema.RobotBlock, sha256: str) -> Robot:
+def _robot(block: schema.RobotBlock, notes: str | None) -> Robot:
     """Return the robot of validated blocks; absent keys take the model's defaults."""
     given: dict[str, Any] = {}
     if block.gravity_m_s2 is not None:
@@ -79,7 +91,7 @@ def _robot(block: schema.RobotBlock, sha256: str) -> Robot:
 
         given["winches"] = settings(block.winches)  # type: ignore[attr-defined]
     cables = tuple(_cable(cable) for cable in block.cables)
-    return Robot(block.name, _platform(block.platform), cables, source=block.source, sha256=sha256, **given)
+    return Robot(block.name, _platform(block.platform), cables, source=block.source, notes=notes, **given)
 
 
 def _platform(block: schema.PlatformBlock) -> Platform:

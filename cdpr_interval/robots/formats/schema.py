@@ -27,8 +27,9 @@ from cdpr_interval.files.fields import (
     text,
 )
 from cdpr_interval.files.literal import quote
+from cdpr_interval.robots.cable_robot import FORMAT
 
-ROBOT_FORMAT = "cdpr-robot/1"
+ROBOT_FORMAT = FORMAT
 
 
 def _format(value: object) -> str:

@@ -55,12 +55,13 @@ def test_a_switching_cable_leaves_nothing_open():
     ("entries", "more", "text"),
     [
         ([{}], {}, "1 static pose, proved to be all"),
-        ([OPEN], {}, "finished: 0 static poses proved, 1 open entry"),
-        ([{}, OPEN, OPEN], {}, "finished: 1 static pose proved, 2 open entries"),
+        ([OPEN], {}, "finished: 0 static poses proved; besides, 1 open entry"),
+        ([{}, OPEN, OPEN], {}, "finished: 1 static pose proved; besides, 2 open entries"),
         (
             [{}, OPEN, {"slack_respected": None}],
             {"pending": 3},
-            "finished: 2 static poses proved, 1 open entry, 1 with an undecided cable, 3 cells not looked at",
+            "finished: 2 static poses proved, 1 of them with an undecided cable; besides, 1 open entry, "
+            "3 cells not looked at",
         ),
         ([{}], {"message": "and more"}, "1 static pose, proved to be all; and more"),
     ],
@@ -94,6 +95,8 @@ def test_a_wrong_count_of_a_complete_result(message, complaint):
     [
         ("finished: 2 static poses proved", "counts 2 proved poses, the entries 1"),
         ("finished: 1 static pose proved", "counts 0 open entries, there are 1"),
+        ("finished: 1 static pose proved; besides, 3 open entries", "counts 3 open entries, there are 1"),
+        # As it was worded before.
         ("finished: 1 static pose proved, 3 open entries", "counts 3 open entries, there are 1"),
         ("2 static poses, proved to be all", "says 'proved to be all' although the outcome is incomplete"),
     ],
@@ -185,6 +188,8 @@ def test_a_ledger_keeps_claims_that_are_not_the_usual_ones():
         result = result_of(answer_of(entry))
         document = result.to_dict()
         kept = json.loads(answer_text(result))
-        again = result_document(kept, hanging_mass.robot(), document["question"], document["tool"])
+        again = result_document(
+            kept, hanging_mass.robot(), *(document[key] for key in ("question", "tool", "provenance"))
+        )
         assert again["solutions"] == document["solutions"]
         assert ("existence" in kept["solutions"][0]) is (not entry.is_proved)

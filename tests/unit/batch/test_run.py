@@ -5,6 +5,7 @@ from __future__ import annotations
 import sqlite3
 import time
 from concurrent.futures import ThreadPoolExecutor
+from datetime import UTC, datetime
 from importlib.resources import files
 from multiprocessing import active_children
 
@@ -13,10 +14,12 @@ import pytest
 from cdpr_interval import load_robot
 from cdpr_interval.errors import InputError
 from certificates import check
+from solvers.answers.provenance import versions
+from solvers.answers.result import Result
 from solvers.answers.tool import this_tool
 from solvers.batch import pool as pool_module
 from solvers.batch import work
-from solvers.batch.campaign import begin, proceed, result_of
+from solvers.batch.campaign import begin, proceed, result_of, robot_of
 from solvers.batch.executor import ExecutorError
 from solvers.batch.job import Settings
 from solvers.batch.job_file import read_job_file
@@ -60,6 +63,9 @@ def test_every_answer_is_that_of_the_solver(tmp_path):
             wanted = forward_kinematics(robot, asked["lengths_m"]).to_dict()
             for timed in (wanted["statistics"], *wanted["subsets"]):
                 timed["time_s"] = 0.0
+            ended = datetime.fromtimestamp(job.started + job.seconds, UTC).replace(microsecond=0)
+            assert datetime.fromisoformat(found["provenance"].pop("date")) == ended
+            assert datetime.fromisoformat(wanted["provenance"].pop("date")) >= ended
             assert found == wanted
 
 
@@ -74,7 +80,7 @@ def by_hand(job):
         replace(cable, elasticity=replace(cable.elasticity, stiffness=Fraction(k)))
         for cable, k in zip(robot.cables, asked["stiffness"], strict=True)
     ]
-    return replace(robot, cables=tuple(cables), sha256=""), asked
+    return replace(robot, cables=tuple(cables)), asked
 
 
 @pytest.mark.slow
@@ -83,7 +89,9 @@ def test_a_job_that_kills_its_worker_is_tried_alone_and_marked(tmp_path):
     rows[23][0] = DEADLY
     batch = read_job_file(write(tmp_path, listed(rows)))
     document, reports = solve(tmp_path / "out", batch, batch_workers.deadly)
-    assert document["jobs"] == {"pending": 0, "done": 39, "no-pose": 0, "failed": 0, "crashed": 1}
+    assert document["jobs"] == {
+        "pending": 0, "done": 39, "no-pose": 0, "none-found": 0, "failed": 0, "crashed": 1
+    }  # fmt: skip
     assert reports[-1].bad == 1
     (bad,) = [job for job in jobs_of(tmp_path / "out") if job.status is Status.CRASHED]
     assert bad.item == 23 and bad.attempts >= 2 and "SIGKILL" in bad.message
@@ -221,7 +229,7 @@ def test_ledger_of_another_version(folder):
 
 def test_ledger_of_another_format(folder):
     changed(folder, "UPDATE meta SET value = 'cdpr-ledger/9' WHERE key = 'format'")
-    with pytest.raises(LedgerError, match="format cdpr-ledger/9, this version reads cdpr-ledger/1"):
+    with pytest.raises(LedgerError, match="format cdpr-ledger/9, this version reads cdpr-ledger/2"):
         Ledger.peek(folder)
 
 
@@ -344,3 +352,17 @@ def test_a_batch_keeps_certificates(tmp_path):
         (tmp_path / "proof").write_bytes(ledger.certificate(1))
     report = check(tmp_path / "proof")
     assert report.verdict == "PROVED" and report.complete
+
+
+def test_a_result_of_a_batch_says_where_it_comes_from(tmp_path):
+    batch = read_job_file(write(tmp_path, MONTE_CARLO.format(samples=2)))
+    solve(tmp_path / "out", batch)
+    with Ledger.peek(tmp_path / "out") as ledger:
+        document, job, robot = result_of(ledger, 2), ledger.job(2), robot_of(ledger, 2)
+    result = Result.from_json(document)
+    origin = result.provenance
+    assert origin.host == job.host and origin.versions == versions()
+    assert origin.robot == robot and result.verify(robot) == []
+    again = forward_kinematics(origin.robot, origin.lengths)
+    assert again.to_dict()["solutions"] == document["solutions"]
+    assert "provenance" not in job.answer and job.host not in job.answer

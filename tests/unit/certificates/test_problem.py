@@ -9,6 +9,7 @@ import pytest
 from flint import fmpq
 
 import certificates
+from cdpr_interval.exact.decimals import exact_text
 from certificates.literals import bounds_of, exact
 from certificates.problem import read_problem, read_solutions
 from certificates.tree import Node
@@ -17,7 +18,6 @@ from solvers.forward import answer_question, pose_problem
 from solvers.proofs.document import certificate_document
 from solvers.proofs.entries import subset_entries
 from solvers.proofs.listed import certificate_question, document_solutions, listed_solution, widened
-from solvers.proofs.text import exact_text
 from solvers.questions.problem import Options
 from tests.support.made_certificates import changed, hanging, leaf, platform, three_poses, written
 from tests.support.point_certificates import robot, vector

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from scripts import architecture_table, page_examples
+from scripts import architecture_table, format_pages, page_examples
 
 ROOT = Path(__file__).parents[3]
 PAGES = sorted([*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md")])
@@ -75,6 +75,11 @@ def test_the_comparison_sees_what_it_must():
 
 def test_there_are_commands_to_compare():
     assert len(EXAMPLES) >= 3
+
+
+def test_the_pages_about_formats_say_what_the_models_say():
+    for path, text in format_pages.pages().items():
+        assert path.read_text(encoding="utf-8") == text, "run python scripts/make_schemas.py"
 
 
 PYTHON = [page for page in PAGES if blocks(page, "pycon")]

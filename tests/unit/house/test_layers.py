@@ -60,7 +60,8 @@ def test_reading_a_robot_needs_no_numerics():
 
 def test_version():
     import cdpr_interval
+    from cdpr_interval.version import RELEASE
 
-    assert cdpr_interval.__version__.count(".") == 2
+    assert cdpr_interval.__version__.startswith(f"{RELEASE}")
     with pytest.raises(AttributeError):
         _ = cdpr_interval.nothing

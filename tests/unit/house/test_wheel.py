@@ -2,7 +2,7 @@
 
 from scripts.check_wheel import expected_files, faults
 
-GOOD = expected_files() | {"cdpr_interval-0.1.0.dist-info/METADATA"}
+GOOD = expected_files() | {"cdpr_interval-0.2.0.dist-info/METADATA"}
 
 
 def test_a_complete_wheel_has_no_faults():

@@ -38,6 +38,15 @@ def test_json_without_a_force(tmp_path):
     assert ranges == ((F(1), F(1)), (F(2), F(2))) and force is None
 
 
+def test_a_cable_may_be_called_like_a_free_key(tmp_path):
+    path = tmp_path / "p.yaml"
+    path.write_text("format: cdpr-problem/1\nlengths_m: {x_1: 1, notes: 2..3}\n", encoding="utf-8")
+    assert read_problem_file(path, ("x_1", "notes"))[0] == ((F(1), F(1)), (F(2), F(3)))
+    path.write_text("format: cdpr-problem/1\nlengths_m: {x_1: 1, notes: -2}\n", encoding="utf-8")
+    with pytest.raises(InputError, match=r"2:28: lengths_m.notes: must be positive, got -2"):
+        read_problem_file(path, ("x_1", "notes"))
+
+
 @pytest.mark.parametrize(
     ("body", "message"),
     [

@@ -1,9 +1,11 @@
 """Every way a robot file can be wrong, with the exact line the user sees."""
 
+from itertools import product
+
 import pytest
 
 from cdpr_interval import InputError, load_robot
-from cdpr_interval.files.document import DEEPEST_LEVEL, MOST_ERRORS
+from cdpr_interval.files.document import DEEPEST_LEVEL, MOST_ALIKE, MOST_ERRORS
 from cdpr_interval.robots.formats.reader import parse_robot
 
 GOOD = """\
@@ -19,6 +21,8 @@ cables:
     frame_anchor_m: [1, 0, 0]
     platform_anchor_m: [0, 0, 0]
 """
+THREE = "must be a list of 3 numbers"
+NO_TEXT = "not a text file (invalid UTF-8): save it in the encoding UTF-8"
 WORD = "must be letters, digits, '_', '.' and '-', the first a letter or '_'"
 ONE_OF = "must hold exactly one of 'stiffness_N_per_m' and 'axial_stiffness_N'"
 ZERO_GRAVITY = "gravity_m_s2: must not be the zero vector: without a load there are no statics"
@@ -53,7 +57,11 @@ def test_the_good_file_is_good():
             "5:3: platform.mass: unknown key (did you mean 'mass_kg'?)",
         ),
         ("name: r", "name: r\nname: s", "3:1: name: duplicate key (first on line 2)"),
-        ("name: c2", "name: c2\n    name: c3", "10:5: cables[1].name: duplicate key (first on line 9)"),
+        (
+            "name: c2",
+            "name: c2\n    name: c3",
+            "10:5: cables[1].name: duplicate key (first on line 9): a new entry begins with '- '",
+        ),
         ("name: r", "name: r\nx_a: {b: 1, b: 2}", "3:13: x_a.b: duplicate key (first on line 3)"),
         ("name: r", "name: r\n<<: {a: 1}", "3:1: '<<': unknown key"),
         ("name: r", "name: r\n? [a]\n: 1", "3:3: a key must be a word, not a list, a mapping or an alias"),
@@ -72,9 +80,17 @@ def test_the_good_file_is_good():
         ("80", "1e-101", "4:12: platform.mass_kg: '1e-101' is out of range (0, or 1e-100 to 1e100 in size)"),
         ("80", "0x" + "f" * 1000, f"4:12: platform.mass_kg: '0x{'f' * 55}...' has more than 1000 characters"),
         ("80", "1:30", "4:12: platform.mass_kg: '1:30' is not a number"),
-        ("80", "1_000", "4:12: platform.mass_kg: '1_000' is not a number"),
-        ("80", "80 kg", "4:12: platform.mass_kg: '80 kg' is not a number"),
-        ("80", "'80'", "4:12: platform.mass_kg: must be a number, got the text '80'"),
+        ("80", "1_000", "4:12: platform.mass_kg: '1_000' is not a number: write 1000"),
+        (
+            "80",
+            "80 kg",
+            "4:12: platform.mass_kg: '80 kg' is not a number: the unit is in the key, write 80",
+        ),
+        (
+            "80",
+            "'80'",
+            "4:12: platform.mass_kg: must be a number, got the text '80': write it without quotes",
+        ),
         ("80", "true", "4:12: platform.mass_kg: must be a number, got true"),
         ("80", "", "4:11: platform.mass_kg: must be a number, got nothing"),
         ("80", "٣", "4:12: platform.mass_kg: '٣' is not a number"),
@@ -159,13 +175,13 @@ def test_the_good_file_is_good():
         (
             "[1, 0, 0]",
             "[1, 0, 0, 0]",
-            "10:21: cables[1].frame_anchor_m: must be a list of 3 numbers, got a list of 4",
+            f"10:21: cables[1].frame_anchor_m: {THREE}, got a list of 4: decimals have a point, not a comma",
         ),
         ("[1, 0, 0]", "[1, 0, z]", "10:28: cables[1].frame_anchor_m[2]: 'z' is not a number"),
         (
             "[1, 0, 0]",
             "{x: 1}",
-            "10:21: cables[1].frame_anchor_m: must be a list of 3 numbers, got a mapping",
+            f"10:21: cables[1].frame_anchor_m: {THREE}, got a mapping: write it in square brackets",
         ),
         ("platform:\n  mass_kg: 80", "platform: 80", "3:11: platform: must be a mapping, got 80"),
         (
@@ -204,9 +220,9 @@ def test_one_error(old: str, new: str, message: str):
         ("[1, 2]", "1:1: must be a mapping, got a list of 2"),
         (GOOD + "---\n" + GOOD, "12:1: a second document starts here; a file holds one"),
         (b"name: r\n\x00", "2:1: not a text file (control character '\\x00')"),
-        (b"name: r\nx: \xff\xfe", "2:4: not a text file (invalid UTF-8)"),
-        (GOOD.encode("utf-16"), "1:1: not a text file (invalid UTF-8)"),
-        ("\ud800", "1:1: not a text file (invalid UTF-8)"),
+        (b"name: r\nx: \xff\xfe", f"2:4: {NO_TEXT}"),
+        (GOOD.encode("utf-16"), f"1:1: {NO_TEXT}"),
+        ("\ud800", f"1:1: {NO_TEXT}"),
         (
             "format: cdpr-robot/1\nname: r\nplatform: {mass_kg: 1}\ncables: []",
             "4:9: cables: must hold at least 1 entry",
@@ -250,7 +266,7 @@ def test_alias_bomb():
         f"x_{i + 1}: &a{i + 1} [{', '.join([f'*a{i}'] * 10)}]\n" for i in range(9)
     )
     lines = messages(GOOD + bomb)
-    assert len(lines) == 100
+    assert "r.yaml: and 85 more like it" in lines and lines[-1] == "r.yaml: and 5 more like it"
     assert lines[0] == "r.yaml:12:6: x_0: anchors are not allowed ('&a0')"
     assert lines[1] == "r.yaml:13:6: x_1: anchors are not allowed ('&a1')"
     assert lines[2] == "r.yaml:13:11: x_1[0]: aliases are not allowed ('*a0')"
@@ -269,9 +285,24 @@ def test_all_errors_are_reported_in_file_order():
 
 
 def test_very_many_errors_are_cut_short():
-    lines = messages(GOOD + "".join(f"k{i}: 1\n" for i in range(5000)))
+    words = ["".join(letters) for letters in product("qvz", repeat=7)]
+    lines = messages(GOOD + "".join(f"{word}: 1\n" for word in words))
     assert len(lines) == MOST_ERRORS + 1
-    assert lines[-1] == f"r.yaml: and {5000 - MOST_ERRORS} more errors"
+    assert lines[-1] == f"r.yaml: and {len(words) - MOST_ERRORS} more errors"
+
+
+def test_errors_that_are_alike_are_counted():
+    lines = messages(GOOD + "".join(f"k{i}: 1\n" for i in range(5000)) + "other: 1\n")
+    assert lines == (
+        *(f"r.yaml:{12 + i}:1: k{i}: unknown key" for i in range(MOST_ALIKE)),
+        f"r.yaml: and {5000 - MOST_ALIKE} more like it",
+        "r.yaml:5012:1: other: unknown key",
+    )
+
+
+def test_five_that_are_alike_are_only_shown():
+    lines = messages(GOOD + "".join(f"k{i}: 1\n" for i in range(MOST_ALIKE)))
+    assert len(lines) == MOST_ALIKE and "like it" not in str(lines)
 
 
 def test_missing_file(tmp_path):

@@ -28,7 +28,7 @@ def problem(model, *lengths, taut=None):
     return Problem(model, tuple((Fraction(x), Fraction(x)) for x in lengths), taut=taut)
 
 
-APART = "no pose: cables c0 and c1 are too short to reach the platform together"
+APART = "no pose: cables c0 and c1 (by at least 1 m) are too short to reach the platform together"
 EXCLUDED = "no static pose: every taut subset is excluded"
 
 

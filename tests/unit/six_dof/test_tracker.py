@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from cdpr_interval import load_robot
-from cdpr_interval.errors import InputError, NotSupportedError
+from cdpr_interval.errors import CdprError, InputError, NotSupportedError
 from cdpr_interval.mechanics.orientation import rotation_from_quaternion
 from cdpr_interval.mechanics.stability import Stability
 from cdpr_interval.robots.cable_robot import Elasticity, Robot
@@ -114,7 +114,7 @@ def test_lost_poses_claim_nothing() -> None:
         "point",
         "quaternion",
     ):
-        with pytest.raises(ValueError, match="no pose is proved: "):
+        with pytest.raises(CdprError, match="no pose is proved: "):
             getattr(pose, name)
 
 

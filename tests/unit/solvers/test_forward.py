@@ -65,6 +65,7 @@ def test_the_result_has_the_keys_of_the_format_in_order(asked):
     assert list(document) == [
         "format", "tool", "robot", "model", "cables", "lengths_m", "question", "outcome", "stop_reason",
         "message", "solutions", "undecided", "pending", "subsets", "statistics",
+        "provenance",
     ]  # fmt: skip
     assert list(document["solutions"][0]) == [
         "taut", "cable_states", "position_m", "rotation", "height_m", "tensions_N", "distances_m",
@@ -98,7 +99,7 @@ def test_message_of_an_open_answer(monkeypatch):
     result = forward_kinematics(hanging_mass.robot(), [2, 5])
     assert result.outcome is Outcome.INCOMPLETE
     assert result.message == (
-        "stopped at the time limit: 1 static pose proved, 1 with an undecided cable,"
+        "stopped at the time limit: 1 static pose proved, with an undecided cable; besides,"
         " 1 region undecided, 12 cells not looked at"
     )
 

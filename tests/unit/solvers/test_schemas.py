@@ -10,7 +10,7 @@ import pytest
 from cdpr_interval import load_robot
 from cdpr_interval.mechanics.stability import Stability
 from solvers import inverse_kinematics
-from solvers.answers.data import Answer, CableState, Family, Outcome, Proof, StopReason
+from solvers.answers.data import Answer, CableState, Certainty, Family, Outcome, Proof, StopReason
 from solvers.forward import build_result
 from solvers.questions.problem import Options, Problem
 from tests.support import hanging_mass
@@ -27,7 +27,8 @@ def faults(value, rule, root, path="$"):
     """Yield what breaks the schema, for the keywords our schemas use; unknown keys count as faults."""
     if "$ref" in rule:
         rule = root["$defs"][rule["$ref"].rpartition("/")[2]]
-    if "anyOf" in rule and all(list(faults(value, option, root, path)) for option in rule["anyOf"]):
+    options = rule.get("anyOf", []) + rule.get("oneOf", [])
+    if options and all(list(faults(value, option, root, path)) for option in options):
         yield f"{path}: fits no option"
     if "enum" in rule and value not in rule["enum"]:
         yield f"{path}: {value!r} is not one of {rule['enum']}"
@@ -37,11 +38,15 @@ def faults(value, rule, root, path="$"):
     kinds = [kinds] if isinstance(kinds, str) else kinds
     if kinds and not any(is_kind(value, kind) for kind in kinds):
         yield f"{path}: {value!r} is no {kinds}"
-    if isinstance(value, list) and "items" in rule:
+    if isinstance(value, list):
         if not rule.get("minItems", 0) <= len(value) <= rule.get("maxItems", len(value)):
             yield f"{path}: {len(value)} entries"
         for i, entry in enumerate(value):
-            yield from faults(entry, rule["items"], root, f"{path}[{i}]")
+            own = rule["prefixItems"][i] if i < len(rule.get("prefixItems", ())) else rule.get("items", {})
+            yield from faults(entry, own, root, f"{path}[{i}]")
+    if isinstance(value, dict) and isinstance(rule.get("additionalProperties"), dict):
+        for key, entry in value.items():
+            yield from faults(entry, rule["additionalProperties"], root, f"{path}.{key}")
     if isinstance(value, dict) and "properties" in rule:
         yield from (f"{path}.{key}: missing" for key in set(rule["required"]) - set(value))
         yield from (f"{path}.{key}: not described" for key in set(value) - set(rule["properties"]))
@@ -77,19 +82,24 @@ def test_results_follow_their_schema(answer):
     document = json.loads(build_result(problem, Options(), answer, 0.5).to_json())
     rules = schema("cdpr-result-1")
     assert list(faults(document, rules, rules)) == []
-    assert list(document) == rules["required"]
+    assert list(document) == list(rules["properties"]) == [*rules["required"], "provenance"]
     document["solutions"] = {}
     assert list(faults(document, rules, rules)) != []
 
 
 def test_the_schema_knows_every_status():
     rules = schema("cdpr-result-1")
-    solution = rules["$defs"]["solution"]["properties"]
-    assert solution["proof"]["enum"] == list(Proof)
-    assert set(solution["stability"]["enum"]) == set(Stability)
-    assert set(solution["cable_states"]["items"]["enum"]) == set(CableState)
-    assert set(rules["properties"]["outcome"]["enum"]) == set(Outcome)
-    assert set(rules["properties"]["stop_reason"]["enum"]) == set(StopReason)
+    for words in (Proof, Stability, CableState, Outcome, StopReason, Certainty):
+        assert rules["$defs"][words.__name__]["enum"] == list(words)
+
+
+@pytest.mark.parametrize("name", ["cdpr-result-1", "cdpr-ik-result-1", "cdpr-problem-1"])
+def test_every_key_is_described(name):
+    rules = schema(name)
+    objects = [rules, *(one for one in rules.get("$defs", {}).values() if "properties" in one)]
+    assert all(one["description"] for one in objects)
+    keys = [(one["description"], key, rule) for one in objects for key, rule in one["properties"].items()]
+    assert [(where, key) for where, key, rule in keys if not rule.get("description")] == []
 
 
 @pytest.mark.parametrize("options", [{}, {"settle": True, "taut": [0, 1]}])
@@ -97,7 +107,7 @@ def test_ik_results_follow_their_schema(options):
     document = json.loads(inverse_kinematics(load_robot("uc3"), (5, 3, -6), **options).to_json())
     rules = schema("cdpr-ik-result-1")
     assert list(faults(document, rules, rules)) == []
-    assert list(document) == rules["required"]
+    assert list(document) == list(rules["properties"]) == [*rules["required"], "provenance"]
 
 
 def test_problems_follow_their_schema():

@@ -1,0 +1,47 @@
+"""A result as a piece of HTML for notebooks: the table, without anything to install."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from html import escape
+
+from solvers.answers.data import ResultData
+from solvers.answers.pose_row import POINT_MASS, PoseRow, pose_rows
+from solvers.answers.region_row import region_rows
+from solvers.answers.table import title_of
+
+MOST_ROWS = 100
+"""Of one table: a notebook is to be scrolled through; the report has them all."""
+
+
+def html_of(result: ResultData) -> str:
+    """Return the sentence, the poses and the undecided regions of a result."""
+    turns = result.model != POINT_MASS
+    head = ["", "taut", "stability", "x m", "y m", "z m"]
+    head += ["roll", "pitch", "yaw"] if turns else []
+    poses = pose_rows(result)
+    parts = [f"<p><b>{escape(title_of(result))}</b></p>"]
+    if poses:
+        has_remarks = any(row.remarks for row in poses)
+        head += ["tensions N", "remarks"] if has_remarks else ["tensions N"]
+        parts.append(_table(head, (_pose(row)[: len(head)] for row in poses), len(poses)))
+    regions = region_rows(result)
+    if regions:
+        found = ([row.name, row.taut, row.size, *row.position, row.reason] for row in regions)
+        parts.append("<p>Undecided regions</p>")
+        parts.append(_table(["", "taut", "size", "x m", "y m", "z m", "reason"], found, len(regions)))
+    return f"<div>{''.join(parts)}</div>"
+
+
+def _pose(row: PoseRow) -> list[str]:
+    return [
+        str(row.number), row.taut, row.mark, *row.position, *row.angles, row.tensions_text, row.remarks,
+    ]  # fmt: skip
+
+
+def _table(head: Sequence[str], rows: Iterable[Sequence[str]], count: int) -> str:
+    lines = ["".join(f"<th>{escape(cell)}</th>" for cell in head)]
+    shown = [row for row, _ in zip(rows, range(MOST_ROWS), strict=False)]
+    lines += ["".join(f"<td>{escape(cell)}</td>" for cell in row) for row in shown]
+    more = f"<p>and {count - MOST_ROWS} more</p>" if count > MOST_ROWS else ""
+    return "<table>" + "".join(f"<tr>{line}</tr>" for line in lines) + f"</table>{more}"

@@ -1,0 +1,120 @@
+"""Where a tracker is: the pose tracked last as its kernels need it, made of a start."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cdpr_interval.errors import InputError
+from cdpr_interval.mechanics.orientation import rotation_from_quaternion
+from cdpr_interval.mechanics.rotation import chart_of, quaternion_of
+from solvers.answers.data import Solution
+from solvers.six_dof.estimate import Body, Estimate, Guess
+from solvers.six_dof.roots import GENERAL, GEOMETRY, system_of
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+FULL_SYSTEM = 6
+"""Taut cables from which on the lengths alone fix the pose."""
+ANOTHER = 1e-6
+"""How far, in sizes of the platform, the distances at a start's pose may lie outside its own."""
+
+
+@dataclass
+class Place:
+    """The pose tracked last."""
+
+    chart: int
+    z: Floats
+    """(6 + n,) u, p and t, middles."""
+    order: Ints
+    """(N,) the taut cables, then the others."""
+    taut: Ints
+    rows: Floats
+    """(m - n, 6) combinations of the statics equations in the square system."""
+    free: Ints
+    """(m,) its unknowns."""
+    halvings: int = 0
+    """The region proved last had the first radius halved so often."""
+
+
+def place_of(body: Body, start: Any) -> Place:
+    """Return the place of a start.
+
+    Raises
+    ------
+    InputError
+        It is no pose, none of this robot, not single, or an estimate that has not converged.
+    """
+    if isinstance(start, Estimate):
+        return _of_estimate(body, start)
+    if not isinstance(start, Solution):
+        hint = ": take one of its solutions" if hasattr(start, "solutions") else ""
+        kind = type(start).__name__
+        raise InputError(f"start: must be a Solution of forward_kinematics or an Estimate, got {kind}{hint}")
+    count = len(body.exits)
+    if len(start.cable_states) != count:
+        raise InputError(f"start: has {len(start.cable_states)} cables, the robot {count}")
+    if not is_single(start):
+        raise InputError("start: must be one pose, with every cable proved taut or slack")
+    rotation = start.rotation.mean(axis=-1)
+    centre = np.array(start.nominal.position) + rotation @ body.offset
+    _require_own(body, start, centre, rotation)
+    taut = list(start.taut)
+    densities = start.tensions[taut].mean(axis=-1) / start.distances[taut].mean(axis=-1)
+    return _place(body, centre, start.nominal.quaternion_wxyz, start.taut, densities)
+
+
+def is_single(solution: Solution) -> bool:
+    """Return True for one pose (no family) with every cable's state decided."""
+    return solution.family is None and solution.is_proved and solution.is_strict
+
+
+def guess_of(place: Place) -> Guess:
+    """Return a place as a guess in plain floats."""
+    taut = tuple(place.taut.tolist())
+    rotation = rotation_from_quaternion(quaternion_of(place.chart, place.z))
+    densities = place.z[6:].copy()
+    return Guess(place.z[3:6].copy(), rotation, taut, densities)
+
+
+def _of_estimate(body: Body, start: Estimate) -> Place:
+    if len(start.tensions) != len(body.exits):
+        raise InputError(f"start: has {len(start.tensions)} cables, the robot {len(body.exits)}")
+    if not start.converged or any(start.tensions[i] <= 0.0 for i in start.taut):
+        raise InputError("start: the estimate has not converged to a pose whose taut cables carry")
+    centre = np.array(start.position) + start.rotation @ body.offset
+    taut = list(start.taut)
+    densities = start.tensions[taut] / body.distances(centre, start.rotation)[taut]
+    return _place(body, centre, start.quaternion, start.taut, densities)
+
+
+def _require_own(body: Body, start: Solution, centre: Floats, rotation: Floats) -> None:
+    """Raise `InputError` where the robot's cables are not as long at a pose as the pose says."""
+    found = body.distances(centre, rotation)
+    margin = ANOTHER * body.size + start.distances[:, 1] - start.distances[:, 0]
+    outside = (found < start.distances[:, 0] - margin) | (found > start.distances[:, 1] + margin)
+    if outside.any():
+        i = int(np.argmax(outside))
+        raise InputError(
+            f"start: is a pose of another robot: the distance of cable {body.names[i]} is"
+            f" {start.distances[i].mean():.6g} m there, {found[i]:.6g} m here"
+        )
+
+
+def _place(body: Body, centre: Floats, quaternion: Any, taut: tuple[int, ...], densities: Floats) -> Place:
+    n, count = len(taut), len(body.exits)
+    system = system_of(GEOMETRY if n == FULL_SYSTEM else GENERAL, n)
+    chart, u = chart_of(quaternion)
+    z = np.zeros(6 + n)
+    z[:3], z[3:6] = u, centre
+    if n < FULL_SYSTEM:
+        z[6:] = densities
+    others = np.array([i for i in range(count) if i not in taut], dtype=np.int64)
+    carrying = np.array(taut, dtype=np.int64)
+    order = np.concatenate([carrying, others])
+    return Place(chart, z, order, carrying, system.rows, system.free[0].copy())
