@@ -79,7 +79,7 @@ def main() -> int:
     parser.add_argument("file", metavar="FILE")
     parser.add_argument("--sample", type=count, metavar="N", help="check so many cells, chosen at random")
     parser.add_argument("--seed", type=int, metavar="S", help="draw the sample another check has printed")
-    parser.add_argument("--threads", type=count, default=1, metavar="N", help="number of processes")
+    parser.add_argument("--threads", type=count, default=os.cpu_count() or 1, metavar="N", help=THREADS)
     parser.add_argument("--time-limit", type=positive, metavar="S", help="stop after so many seconds")
     size = "largest file and document [default: 64]"
     parser.add_argument("--size-limit", type=count, default=LIMIT // MIB, metavar="MIB", help=size)
@@ -88,6 +88,7 @@ def main() -> int:
     return run(given.pop("file"), Options(**{**given, "size_limit": given["size_limit"] * MIB}))
 
 
+THREADS = "how many processes work at a time [default: all cores]"
 ABOUT = """Check a certificate. Exit code: 0 proved; 3 in part, or not all was checked; 5 not proved; 2 no
 certificate."""
 

@@ -65,7 +65,7 @@ def check(
             report = replace(report, question=certificate.question)
             run = partial(in_turn, certificate)
             if threads > 1:
-                run = partial(together, content, size_limit, count=threads)
+                run = partial(together, certificate, content, size_limit, count=threads)
             for current in reports(certificate, report, sample, run):
                 report = current
                 if progress is not None and report.leaves:

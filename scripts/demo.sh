@@ -45,8 +45,9 @@ say "CoGiRo, eight cables: lengths and tensions at a pose (plain floats, not cer
 solve ik cogiro --pose 0,0,1
 
 say "Four of its cables carry the load, the others are 5 % longer than they need to be: a static pose near" \
-  "(0, 0, 2) m, and then every pose that these lengths allow with the same four cables taut."
-settled=$(solve ik cogiro --pose 0,0,2 --taut c1,c3,c5,c7 --settle)
+  "(0, 0, 2) m, turned by 96 degrees and therefore asked for, and every pose that these lengths allow with the same" \
+  "four cables taut."
+settled=$(solve ik cogiro --pose 0,0,2 --taut c1,c3,c5,c7 --settle --settle-within 1.5)
 printf '%s\n' "$settled"
 solve fk cogiro --taut c1,c3,c5,c7 --lengths "$(sed -n 's/^--lengths //p' <<<"$settled")"
 

@@ -8,19 +8,15 @@ where it matters. ``python scripts/reproduce_merlet_2012.py`` computes everythin
 from __future__ import annotations
 
 import argparse
-import random
 from collections.abc import Iterator, Sequence
 
 import merlet_2012_tables
-import numpy as np
 from flint import fmpq, fmpz_poly
 
 from cdpr_interval import load_robot
-from cdpr_interval.symbolic import elimination
-from cdpr_interval.symbolic.curves import Numbers, conditions, line
 from cdpr_interval.symbolic.eliminant import Eliminant, eliminant, part_over_rationals
-from cdpr_interval.symbolic.elimination import resultant, survey
-from cdpr_interval.symbolic.residues import Residues, primes, residue
+from cdpr_interval.symbolic.elimination import conditions_modulo, resultant, survey
+from cdpr_interval.symbolic.residues import primes
 from cdpr_interval.symbolic.statics import Statics
 from solvers import forward_kinematics, pose_from_tensions
 
@@ -28,8 +24,6 @@ SEED = 20261123
 (PRIME,) = primes(1)
 SIDE = [[fmpq(0)] * 3, [fmpq(4), fmpq(0), fmpq(0)], [fmpq(0), fmpq(4), fmpq(0)], [fmpq(4), fmpq(4), fmpq(0)]]
 LOAD = [fmpq(0), fmpq(0), fmpq(-7848, 10)]
-GRID = 40
-"""Places in each of rho_1 and rho_2: more than the degrees of a_1, a_2, a_3."""
 
 
 def rows() -> Iterator[tuple[str, str, str]]:
@@ -123,18 +117,8 @@ def counts(found: Eliminant) -> str:
 
 def condition_degrees(statics: Statics) -> list[tuple[int, int, int]]:
     """Return the degrees of a_1, a_2, a_3 in rho_1, rho_2, rho_3, modulo a prime."""
-    generator = random.Random(SEED)
-    starts = [generator.randrange(PRIME - GRID) for _ in range(2)]
-    r1 = Residues(starts[0] + np.arange(GRID)[:, None], PRIME)
-    r2 = Residues(starts[1] + np.arange(GRID)[None, :], PRIME)
-    numbers = Numbers.of(statics, lambda x: Residues(np.array(residue(x, PRIME)), PRIME))
-    found = []
-    for condition in conditions(numbers, line(numbers, r1, r2), r1, r2):
-        values = [np.broadcast_to(c.values, (GRID, GRID)) for c in condition]
-        first = max(elimination.degree(v[:, :3], PRIME) for v in values)
-        second = max(elimination.degree(v[:3].T, PRIME) for v in values)
-        found.append((first, second, len(condition) - 1))
-    return found
+    found, _ = conditions_modulo(statics, PRIME)
+    return [(max(c.degrees()[0] for c in cs), max(c.degrees()[1] for c in cs), len(cs) - 1) for cs in found]
 
 
 def main() -> None:

@@ -7,17 +7,22 @@ from __future__ import annotations
 
 import gc
 import os
+import re
 import sys
 import traceback
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from enum import IntEnum
 from importlib import import_module
-from typing import Any, NoReturn
+from typing import TYPE_CHECKING, Any, NoReturn
 
 import click
 
 from cdpr_interval.errors import InputError, NotSupportedError
+from solvers.shell.examples import examples
+
+if TYPE_CHECKING:
+    from click.shell_completion import CompletionItem
 
 COMMANDS = {
     "fk": "solvers.commands.fk",
@@ -26,11 +31,14 @@ COMMANDS = {
     "check": "solvers.commands.check",
     "polynomial": "solvers.commands.polynomial",
     "report": "solvers.commands.report",
+    "robots": "solvers.commands.robots",
     "validate": "solvers.commands.validate",
     "winch": "solvers.commands.winch",
 }
 """Module of each command; its attribute ``command`` is the click command."""
 VERBOSE = ("-v", "--verbose")
+NUMBER_AS_WORD = re.compile(r"(No such option '-|extra arguments? \()[-+]?\.?\d")
+"""Errors of usage whose culprit is a number."""
 GARBAGE_THRESHOLD = 100_000
 """New objects after which Python looks for cycles, instead of 700: imports make many objects and no garbage.
 With `gc.freeze` at the end a short command takes a quarter less time."""
@@ -46,6 +54,8 @@ class ExitCode(IntEnum):
     NO_POSE = 4
     NOT_PROVED = 5
     """A certificate's claims do not follow from what is in it."""
+    NONE_FOUND = 6
+    """Inverse kinematics found no pose, which proves nothing."""
     INTERRUPTED = 130
     OUTPUT_CLOSED = 141
     """The reader of the output has gone (``| head``): what a shell reports for a process ended by SIGPIPE."""
@@ -83,8 +93,19 @@ class CommandLine(click.Group):
             args = ["--help"]
         own = {option for parameter in self.get_params(ctx) for option in parameter.opts}
         if args[0] not in COMMANDS and args[0] not in own:
+            if (meant := _command_meant(args[0])) and not ctx.resilient_parsing:
+                raise click.UsageError(f"No such command {args[0]!r}. Did you mean {meant!r}?")
             args = ["fk", *args]
         return super().parse_args(ctx, args)
+
+    def shell_complete(self, ctx: click.Context, incomplete: str) -> list[CompletionItem]:
+        """Offer commands, and robots: `cdpr-solve ROBOT` is a command too."""
+        from solvers.shell.completion import robots
+
+        # After a character of an option's or a command's name files would only be in the way.
+        others = robots(ctx, None, incomplete) if not incomplete.startswith("-") else []
+        commands = super().shell_complete(ctx, incomplete)
+        return commands + [one for one in others if one.type == "plain" or not commands]
 
     def make_context(
         self, info_name: str | None, args: list[str], parent: click.Context | None = None, **extra: Any
@@ -139,6 +160,19 @@ class CommandLine(click.Group):
         return code if isinstance(code, int) else ExitCode.COMPLETE
 
 
+def _command_meant(word: str) -> str | None:
+    """Return the command that the first word looks like, None where it is a robot or looks more like one."""
+    import difflib
+
+    from cdpr_interval.robots.shipped import SUFFIXES, shipped_robots
+
+    shipped = shipped_robots()
+    if word.startswith("-") or word.endswith(SUFFIXES) or word in shipped or os.path.lexists(word):
+        return None
+    close = difflib.get_close_matches(word, [*COMMANDS, *shipped], 1)
+    return close[0] if close and close[0] in COMMANDS else None
+
+
 def _discard_output() -> None:
     """Let what is still held for a closed pipe go nowhere; Python would complain about it at its end."""
     nowhere = os.open(os.devnull, os.O_WRONLY)
@@ -150,9 +184,14 @@ def _discard_output() -> None:
 
 
 def _one_line(error: click.ClickException) -> str:
+    """Return the message of an error of usage on one line."""
     if isinstance(error, click.BadParameter) and error.param is not None and error.param.opts:
         return f"{error.param.opts[-1]}: {' '.join(error.message.split())}"
-    return " ".join(error.format_message().split())
+    text = " ".join(error.format_message().split())
+    if NUMBER_AS_WORD.search(text):
+        # `--pose 1 -2 3`: the shell has made three words of what was meant as one.
+        text = f"{text.rstrip('.')}: a value that holds spaces needs quotes"
+    return text
 
 
 def _fail(code: ExitCode, message: str) -> ExitCode:
@@ -160,13 +199,17 @@ def _fail(code: ExitCode, message: str) -> ExitCode:
     return code
 
 
-@click.group(cls=CommandLine, context_settings={"help_option_names": ["-h", "--help"]})
+@click.group(
+    cls=CommandLine,
+    context_settings={"help_option_names": ["-h", "--help"]},
+    epilog=examples("robots", "uc2 --lengths 7.5,8", "ik uc2 --pose 4,0,-7"),
+)
 @click.version_option(package_name="cdpr-interval", prog_name="cdpr-solve")
 def cli() -> None:
     """Find and prove every static pose of a cable-driven parallel robot.
 
     `cdpr-solve ROBOT --lengths ...` is the same as `cdpr-solve fk ROBOT --lengths ...`. ROBOT is a
-    file or the name of a robot that ships with the program.
+    file or the name of a robot that ships with the program. `cdpr-solve COMMAND --help` has examples.
     """
 
 

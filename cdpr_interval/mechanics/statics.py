@@ -120,6 +120,12 @@ class StaticModel:
             return np.asarray(shift)
         return np.concatenate([shift, self.radius * vector_from_rotation(end.rotation @ start.rotation.T)])
 
+    def travel(self, start: Pose, end: Pose) -> float:
+        """Return how far the point of the platform that moves most goes, m: an anchor or G."""
+        shift = end.position - start.position + (end.rotation - start.rotation) @ self.centre
+        turned = self.arms @ (end.rotation - start.rotation).T
+        return float(np.linalg.norm(np.vstack([shift, shift + turned]), axis=1).max())
+
 
 def static_model(robot: Robot, external_force: Vector) -> StaticModel:
     """Return the float model of a robot; every number is the double nearest to the exact one."""

@@ -1,4 +1,4 @@
-"""Eliminants modulo one prime: evaluate plane curves on a grid, take resultants, interpolate.
+"""Eliminants modulo one prime: the plane curves as polynomials, and their resultants.
 
 The eliminant G of two curves is their resultant by rho_2. Its roots contain rho_1 of every static pose, and
 others: a second eliminant H, of other curves, tells most of them apart.
@@ -6,21 +6,14 @@ others: a second eliminant H, of other curves, tells most of them apart.
 
 from __future__ import annotations
 
-import random
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-import numpy as np
-from flint import nmod_poly
+from flint import Ordering, fmpq, nmod_mpoly, nmod_mpoly_ctx, nmod_poly
 
-from cdpr_interval.symbolic.curves import Numbers, conditions, line, matrices
-from cdpr_interval.symbolic.residues import Integers, Residues, determinant, interpolated, residue
+from cdpr_interval.symbolic.curves import Numbers, Polynomial, conditions, line, matrices
+from cdpr_interval.symbolic.residues import residue
 from cdpr_interval.symbolic.statics import Statics
-
-SEED = 20261123
-"""Of the places where curves are evaluated; the polynomials do not depend on them."""
-HIGHEST = 90
-"""Larger than the degree of every curve in each unknown."""
 
 
 class Vanishes(Exception):
@@ -38,88 +31,93 @@ class Curve:
     """In rho_1 and rho_2."""
 
 
-class Grid:
-    """A system's curves modulo a prime at all pairs of some rho_1 and rho_2, each a run of integers."""
+def ring(prime: int) -> nmod_mpoly_ctx:
+    """Return the ring of the curves: polynomials in rho_1 and rho_2 modulo a prime."""
+    return nmod_mpoly_ctx.get(("rho_1", "rho_2"), prime, Ordering.lex)
 
-    def __init__(
-        self, statics: Statics, prime: int, shape: tuple[int, int], generator: random.Random
-    ) -> None:
-        numbers = Numbers.of(statics, lambda x: Residues(np.array(residue(x, prime)), prime))
-        self.prime = prime
-        while True:
-            self.starts = [generator.randrange(1, prime - count) for count in shape]
-            runs = [start + np.arange(count) for start, count in zip(self.starts, shape, strict=True)]
-            r1, r2 = Residues(runs[0][:, None], prime), Residues(runs[1][None, :], prime)
-            found = line(numbers, r1, r2)
-            self.factors = [r1, r2, *found.divisors]
-            if all(factor.values.all() for factor in self.factors):
-                break
-        self.inverses = [factor.inverse() for factor in self.factors]
-        self.matrices = matrices(conditions(numbers, found, r1, r2))
 
-    def values(self, index: int, powers: Sequence[int]) -> Residues:
-        """Return a curve's values, divided by powers of the known factors."""
-        found = determinant(self.matrices[index], self.prime)
-        for inverse, power in zip(self.inverses, powers, strict=False):
-            found = found * inverse**power
+def conditions_modulo(statics: Statics, prime: int) -> tuple[list[Polynomial], list[nmod_mpoly]]:
+    """Return S and the D_i as polynomials in rho_3, and the known factors of their curves."""
+    known = ring(prime)
+    r1, r2 = known.gens()
+
+    def convert(x: fmpq) -> nmod_mpoly:
+        return known.constant(residue(x, prime))
+
+    numbers = Numbers.of(statics, convert)
+    found = line(numbers, r1, r2)
+    return conditions(numbers, found, r1, r2), [r1, r2, *found.divisors]
+
+
+def determinant(rows: Sequence[Sequence[nmod_mpoly | int]]) -> nmod_mpoly | int:
+    """Return a determinant by its first row: matrices of up to six rows with many zeros."""
+    if len(rows) == 1:
+        return rows[0][0]
+    found: nmod_mpoly | int = 0
+    for k, entry in enumerate(rows[0]):
+        if entry != 0:
+            minor = entry * determinant([[*row[:k], *row[k + 1 :]] for row in rows[1:]])
+            found = found - minor if k % 2 else found + minor
+    return found
+
+
+class Curves:
+    """A system's curves modulo a prime, each computed when it is asked for."""
+
+    def __init__(self, statics: Statics, prime: int) -> None:
+        found, self.factors = conditions_modulo(statics, prime)
+        self._matrices = matrices(found)
+        self._curves: dict[int, nmod_mpoly] = {}
+        self._zero = ring(prime).constant(0)
+
+    def __len__(self) -> int:
+        return len(self._matrices)
+
+    def whole(self, index: int) -> nmod_mpoly:
+        """Return a curve with its known factors."""
+        if index not in self._curves:
+            self._curves[index] = self._zero + determinant(self._matrices[index])
+        return self._curves[index]
+
+    def divided(self, curve: Curve) -> nmod_mpoly:
+        """Return a curve without its known factors; raise `ZeroDivisionError` where this prime has others."""
+        found = self.whole(curve.index)
+        for factor, power in zip(self.factors, curve.powers, strict=True):
+            found, rest = divmod(found, factor**power)
+            if rest != 0:
+                raise ZeroDivisionError
         return found
-
-    def degrees(self, values: Residues) -> tuple[int, int]:
-        """Return a curve's degrees in rho_1 and rho_2."""
-        v = values.values
-        return degree(v[:, :3], self.prime), degree(v[:3].T, self.prime)
-
-
-def degree(values: Integers, prime: int) -> int:
-    """Return the largest degree of the polynomials with values (n, ...) at n places; -1: all are 0."""
-    found = interpolated(0, values, prime).reshape(len(values), -1)
-    return max((k for k in range(len(found)) if found[k].any()), default=-1)
 
 
 def survey(statics: Statics, prime: int) -> list[Curve]:
     """Return a system's curves with their degrees; raise `Vanishes` where one is zero."""
-    grid = Grid(statics, prime, (HIGHEST, HIGHEST), random.Random(SEED))
+    curves = Curves(statics, prime)
     found = []
-    for index in range(len(grid.matrices)):
-        powers, values = [0] * len(grid.inverses), grid.values(index, ())
-        now = grid.degrees(values)
-        if min(now) < 0:
+    for index in range(len(curves)):
+        polynomial = curves.whole(index)
+        if polynomial == 0:
             raise Vanishes("a condition vanishes identically")
-        for k, inverse in enumerate(grid.inverses):
-            while True:
-                divided = values * inverse
-                lower = grid.degrees(divided)
-                if not (max(lower) < HIGHEST - 1 and sum(lower) < sum(now)):
+        powers = []
+        for factor in curves.factors:
+            power = 0
+            while factor.total_degree() > 0:
+                quotient, rest = divmod(polynomial, factor)
+                if rest != 0:
                     break
-                powers[k], values, now = powers[k] + 1, divided, lower
-        found.append(Curve(index, tuple(powers), now))
+                polynomial, power = quotient, power + 1
+            powers.append(power)
+        found.append(Curve(index, tuple(powers), polynomial.degrees()))
     return found
 
 
 def resultant(statics: Statics, curves: Sequence[Curve], prime: int) -> nmod_poly:
     """Return the resultant of two curves by rho_2, a polynomial in rho_1."""
-    (a1, a2), (b1, b2) = (curve.degrees for curve in curves)
-    count = a1 * b2 + b1 * a2 + 1
-    grid = Grid(statics, prime, (count, max(a2, b2) + 1), random.Random(SEED))
-    coefficients = [
-        interpolated(grid.starts[1], grid.values(curve.index, curve.powers).values.T, prime).T.tolist()
-        for curve in curves
-    ]
-    found = []
-    for a, b in zip(*coefficients, strict=True):
-        left, right = nmod_poly(a, prime), nmod_poly(b, prime)
-        # A degree that drops takes a factor out of the resultant: it is put back.
-        value = int(left.resultant(right))
-        if left.degree() < a2 and right.degree() < b2:
-            value = 0
-        elif left.degree() < a2:
-            value = (
-                value * pow(int(right[b2]), a2 - left.degree(), prime) * (-1) ** (b2 * (a2 - left.degree()))
-            )
-        elif right.degree() < b2:
-            value = value * pow(int(left[a2]), b2 - right.degree(), prime)
-        found.append(value % prime)
-    polynomial = nmod_poly(interpolated(grid.starts[0], np.array(found), prime).tolist(), prime)
-    if polynomial.degree() < 0:
+    modulo = Curves(statics, prime)
+    left, right = (modulo.divided(curve) for curve in curves)
+    found = left.resultant(right, "rho_2")
+    if found == 0:
         raise Vanishes("the eliminant vanishes identically")
-    return polynomial
+    coefficients = [0] * (found.degrees()[0] + 1)
+    for (power, _), value in found.to_dict().items():
+        coefficients[power] = int(value)
+    return nmod_poly(coefficients, prime)

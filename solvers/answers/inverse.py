@@ -7,6 +7,7 @@ to forward kinematics for that.
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -14,6 +15,8 @@ from typing import Any
 from cdpr_interval.errors import InputError
 
 FORMAT = "cdpr-ik-result/1"
+ANGLE_DECIMALS = 12
+"""Of degrees to paste: 2e-14 rad, about the rounding of a settled pose."""
 Triple = tuple[float, float, float]
 
 
@@ -25,6 +28,8 @@ class IkQuestion:
     """Names of the cables that may carry tension; None: all."""
     slack_margin: float
     settle: bool
+    settle_within: float | None
+    """How far settling may move any point of the platform, m; None: it was not asked for."""
     static: bool
     wrench_tolerance: float
     """Share of the load's size."""
@@ -38,13 +43,18 @@ class IkQuestion:
 
 @dataclass(frozen=True)
 class Settling:
-    """How far the pose was moved to become static."""
+    """How far the pose was moved to become static, or how far away the static pose is that was found."""
 
     succeeded: bool
+    """False: the result is about the pose that was asked for, and has no lengths."""
+    found: bool
+    """A static pose was found, near enough or not; False: what follows is about the best pose."""
     distance: float
     """Translation of the centre of mass, m."""
     angle: float
     """Rotation, rad."""
+    travel: float
+    """Way of the point of the platform that moves most, m: an anchor or the centre of mass."""
 
 
 @dataclass(frozen=True)
@@ -69,7 +79,7 @@ class IkResult:
     """||A_i - p - R B_i||, m."""
     lengths: tuple[float, ...] | None
     """Cable lengths that give this pose, m, unstretched for elastic cables; None where an elastic
-    cable needs a tension and the pose is not static."""
+    cable needs a tension and the pose is not static, and where settling did not succeed."""
     tensions: tuple[float, ...]
     """N: the non-negative tensions of least norm, or the best fit where the pose is not static."""
     is_static: bool
@@ -88,6 +98,13 @@ class IkResult:
         """The lengths as ``--lengths`` takes them, each restoring its double."""
         return None if self.lengths is None else ",".join(repr(length) for length in self.lengths)
 
+    @property
+    def pose_option(self) -> str:
+        """The pose as ``--pose`` takes it, angles in degrees; a point mass has none."""
+        angles = () if self.model == "point-mass" else self.rpy
+        degrees = (round(math.degrees(angle), ANGLE_DECIMALS) + 0.0 for angle in angles)
+        return ",".join([*map(repr, self.position), *(f"{angle!r}deg" for angle in degrees)])
+
     def to_dict(self) -> dict[str, Any]:
         """Return the ``cdpr-ik-result/1`` document as plain lists and dictionaries."""
         question, settling = self.question, self.settling
@@ -104,6 +121,7 @@ class IkResult:
                 "taut": None if question.taut is None else list(question.taut),
                 "slack_margin": question.slack_margin,
                 "settle": question.settle,
+                "settle_within_m": question.settle_within,
                 "static": question.static,
                 "wrench_tolerance": question.wrench_tolerance,
                 "external_force_N": list(question.external_force),
@@ -125,8 +143,10 @@ class IkResult:
             if settling is None
             else {
                 "succeeded": settling.succeeded,
+                "found": settling.found,
                 "distance_m": settling.distance,
                 "angle_rad": settling.angle,
+                "travel_m": settling.travel,
             },
             "outside_tension_limits": list(self.outside_tension_limits),
         }
@@ -169,6 +189,7 @@ def _from_dict(root: Mapping[str, Any]) -> IkResult:
             taut=None if asked["taut"] is None else tuple(asked["taut"]),
             slack_margin=asked["slack_margin"],
             settle=asked["settle"],
+            settle_within=asked["settle_within_m"],
             static=asked["static"],
             wrench_tolerance=asked["wrench_tolerance"],
             external_force=_triple(asked["external_force_N"]),
@@ -187,7 +208,13 @@ def _from_dict(root: Mapping[str, Any]) -> IkResult:
         residual_moment=_triple(root["residual"]["moment_N_m"]),
         settling=None
         if settled is None
-        else Settling(settled["succeeded"], settled["distance_m"], settled["angle_rad"]),
+        else Settling(
+            settled["succeeded"],
+            settled["found"],
+            settled["distance_m"],
+            settled["angle_rad"],
+            settled["travel_m"],
+        ),
         outside_tension_limits=tuple(root["outside_tension_limits"]),
         message=root["message"],
     )

@@ -14,6 +14,9 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from solvers.commands.interrupt import interruptible
+from solvers.commands.threads import read_threads, threads_option
+from solvers.shell.completion import files, folders
+from solvers.shell.examples import examples
 
 if TYPE_CHECKING:
     from solvers.batch.executor import Executor
@@ -35,9 +38,20 @@ class Batches(click.Group):
         """Put the name of the usual command where none is."""
         if not args:
             args = ["--help"]
-        if args[0] not in self.commands and args[0] not in ("-h", "--help"):
+        own = (*self.commands, "-h", "--help")
+        if args[0] not in own and not self._is_misspelt(args[0]):
             args = [RUN, *args]
         return super().parse_args(ctx, args)
+
+    def _is_misspelt(self, word: str) -> bool:
+        """Return whether a word is no file and looks like a command: click then says which."""
+        import difflib
+
+        from cdpr_interval.robots.shipped import SUFFIXES
+
+        if word.endswith(SUFFIXES) or os.path.lexists(word):
+            return False
+        return bool(difflib.get_close_matches(word, self.commands))
 
     def invoke(self, ctx: click.Context) -> Any:
         """Run a command."""
@@ -53,7 +67,12 @@ class Batches(click.Group):
             return ExitCode.INCOMPLETE
 
 
-@click.group("batch", cls=Batches, short_help="Many problems at once, with a ledger.")
+@click.group(
+    "batch",
+    cls=Batches,
+    short_help="Many problems at once, with a ledger.",
+    epilog=examples("batch jobs.yaml --dry-run", "batch jobs.yaml --out run", "batch status run"),
+)
 def command() -> None:
     """Solve many problems: `cdpr-solve batch JOBS.yaml --out DIR`.
 
@@ -62,11 +81,8 @@ def command() -> None:
     """
 
 
-_WORKERS = click.option(
-    "--workers", type=click.IntRange(min=1), metavar="N", help="Processes here.  [default: all cores]"
-)
 _OPTIONS = (
-    _WORKERS,
+    threads_option,
     click.option("--scheduler", metavar="ADDRESS", help="Instead: a Dask scheduler, e.g. tcp://host:8786."),
     click.option("--scheduler-file", metavar="FILE", help="Instead: the file a Dask scheduler has written."),
     click.option("--json", "as_json", is_flag=True, help="Print the summary as JSON."),
@@ -81,9 +97,9 @@ def _working(function: Any) -> Any:
     return function
 
 
-@command.command(RUN)
-@click.argument("jobs")
-@click.option("--out", "folder", metavar="DIR", help="Folder of ledger and tables.")
+@command.command(RUN, epilog=examples("batch run jobs.yaml --out run"))
+@click.argument("jobs", shell_complete=files)
+@click.option("--out", "folder", metavar="DIR", shell_complete=folders, help="Folder of ledger and tables.")
 @click.option("--dry-run", is_flag=True, help="Count the jobs and estimate their time; write nothing.")
 @_working
 def run(jobs: str, folder: str | None, dry_run: bool, **given: Any) -> int:
@@ -94,15 +110,15 @@ def run(jobs: str, folder: str | None, dry_run: bool, **given: Any) -> int:
 
     batch = read_job_file(jobs)
     if dry_run:
-        return _estimate(batch, given["workers"])
+        return _estimate(batch, read_threads(given))
     if folder is None:
         raise InputError("--out: missing, the folder of ledger and tables")
     with begin(batch, Path(folder)) as ledger:
         return _proceed(ledger, given)
 
 
-@command.command("resume")
-@click.argument("folder", metavar="DIR")
+@command.command("resume", epilog=examples("batch resume run --retry-failed"))
+@click.argument("folder", metavar="DIR", shell_complete=folders)
 @click.option("--retry-failed", is_flag=True, help="Try failed and crashed jobs again.")
 @_working
 def resume(folder: str, retry_failed: bool, **given: Any) -> int:
@@ -116,8 +132,8 @@ def resume(folder: str, retry_failed: bool, **given: Any) -> int:
         return _proceed(ledger, given)
 
 
-@command.command("status")
-@click.argument("folder", metavar="DIR")
+@command.command("status", epilog=examples("batch status run --json"))
+@click.argument("folder", metavar="DIR", shell_complete=folders)
 @click.option("--json", "as_json", is_flag=True, help="Print JSON.")
 def status(folder: str, as_json: bool) -> int:
     """Show how far a batch is, also while it runs."""
@@ -164,8 +180,8 @@ def status(folder: str, as_json: bool) -> int:
     return 0
 
 
-@command.command("show")
-@click.argument("folder", metavar="DIR")
+@command.command("show", epilog=examples("batch show run 1", "batch show run 1 --json"))
+@click.argument("folder", metavar="DIR", shell_complete=folders)
 @click.argument("job", type=click.IntRange(min=1))
 @click.option("--json", "as_json", is_flag=True, help="Print the cdpr-result/1 document.")
 @click.option("--certificate", metavar="FILE", help="Write the proof, for `check`.")
@@ -193,14 +209,14 @@ def show(folder: str, job: int, as_json: bool, certificate: str | None) -> int:
     return 0
 
 
-@command.command("check")
-@click.argument("folder", metavar="DIR")
-@click.option("--jobs", type=click.IntRange(min=1), metavar="N", help="Processes.  [default: all cores]")
+@command.command("check", epilog=examples("batch check run"))
+@click.argument("folder", metavar="DIR", shell_complete=folders)
+@threads_option
 @click.option(
     "--time-limit", type=click.FloatRange(min=0.0, min_open=True), metavar="S", help="For each certificate."
 )
 @click.option("-q", "--quiet", is_flag=True, help="No table, no progress.")
-def check(folder: str, jobs: int | None, time_limit: float | None, quiet: bool) -> int:
+def check(folder: str, time_limit: float | None, quiet: bool, **given: Any) -> int:
     """Give every certificate of a batch to the independent checker.
 
     Exit code 0: all are proved; 5: some are not; 3: something is left open, or a job has no certificate.
@@ -208,31 +224,33 @@ def check(folder: str, jobs: int | None, time_limit: float | None, quiet: bool) 
     from solvers.batch.checking import check_batch
     from solvers.batch.ledger import Ledger
 
+    threads = read_threads(given)
     with Ledger.open(Path(folder), None) as ledger:
         counts = ledger.counts()
         with _progress(quiet) as report, interruptible():
-            verdicts = check_batch(ledger, jobs or os.cpu_count() or 1, time_limit, report)
+            verdicts = check_batch(ledger, threads, time_limit, report)
         without = sum(counts.values()) - verdicts.total()
         if not quiet:
             _print_checks(verdicts, without, [row for row in ledger.checks() if row.verdict != PROVED])
     return _checks_code(verdicts, without)
 
 
-def _estimate(batch: Any, workers: int | None) -> int:
+def _estimate(batch: Any, threads: int) -> int:
     from solvers.batch.campaign import estimate
     from solvers.batch.progress_line import duration
 
     for expansion in batch.expansions:
         click.echo(f"problems[{expansion.problem}]  {expansion.robot.name}  {expansion.count} jobs")
     found = estimate(batch)
-    count = workers or os.cpu_count() or 1
     if found.seconds_per_job is None:
         click.echo(f"{found.jobs} jobs; no estimate: the first one took too long")
     else:
         seconds = found.jobs * found.seconds_per_job
         each = f"{1e3 * found.seconds_per_job:.3g} ms a job ({found.tried} tried)"
         about = "more than" if found.is_lower_bound else "about"
-        click.echo(f"{found.jobs} jobs, {each}: {about} {duration(seconds / count)} with {count} workers")
+        click.echo(
+            f"{found.jobs} jobs, {each}: {about} {duration(seconds / threads)} with --threads {threads}"
+        )
     return 0
 
 
@@ -276,14 +294,14 @@ def _executor(given: dict[str, Any]) -> Executor:
     from cdpr_interval.errors import InputError
 
     if given["scheduler"] is not None or given["scheduler_file"] is not None:
-        if given["workers"] is not None:
-            raise InputError("--workers: not together with --scheduler, which has workers of its own")
+        if given["threads"] is not None:
+            raise InputError("--threads: not together with --scheduler, which has workers of its own")
         from solvers.batch.dask_cluster import DaskCluster
 
         return DaskCluster.connected(given["scheduler"], given["scheduler_file"])
     from solvers.batch.pool import ProcessPool
 
-    return ProcessPool(given["workers"] or os.cpu_count() or 1)
+    return ProcessPool(read_threads(given))
 
 
 def _exit_code(document: dict[str, Any]) -> int:

@@ -6,6 +6,11 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from solvers.commands.external_force import external_force_option
+from solvers.commands.threads import read_threads, threads_option
+from solvers.shell.completion import files, robots
+from solvers.shell.examples import examples
+
 if TYPE_CHECKING:
     from cdpr_interval.robots.cable_robot import Robot
     from solvers.proofs.check import Asked
@@ -14,11 +19,20 @@ QUESTION = ("lengths", "external_force", "taut", "ignore_slack", "ignore_tension
 """Options that are about a robot."""
 
 
-@click.command("check", short_help="Check a certificate, without the solvers.")
-@click.argument("file")
-@click.option("--robot", metavar="ROBOT", help="The certificate must be about this robot.")
+@click.command(
+    "check",
+    short_help="Check a certificate, without the solvers.",
+    epilog=examples(
+        "fk uc2 --lengths 7.5,8 --certificate uc2.cert",
+        "check uc2.cert --robot uc2 --lengths 7.5,8",
+    ),
+)
+@click.argument("file", shell_complete=files)
+@click.option(
+    "--robot", metavar="ROBOT", shell_complete=robots, help="The certificate must be about this robot."
+)
 @click.option("--lengths", metavar="L1,L2,...", help="And about these lengths, as `fk` reads them.")
-@click.option("--external-force", metavar="X,Y,Z", help="And about this force in N.  [default: none]")
+@external_force_option
 @click.option("--taut", metavar="C1,C2,...", help="And about this subset.  [default: the verdict names it]")
 @click.option("--ignore-slack", is_flag=True, help="And about this question, as of `fk`.")
 @click.option("--ignore-tension-sign", is_flag=True, help="And about this question, as of `fk`.")
@@ -26,7 +40,7 @@ QUESTION = ("lengths", "external_force", "taut", "ignore_slack", "ignore_tension
     "--sample", type=click.IntRange(min=1), metavar="N", help="Check so many cells, chosen at random."
 )
 @click.option("--seed", type=int, metavar="S", help="Draw the sample that another check has printed.")
-@click.option("--threads", type=click.IntRange(min=1), default=1, metavar="N", help="Number of processes.")
+@threads_option
 @click.option(
     "--time-limit",
     type=click.FloatRange(min=0.0, min_open=True),
@@ -56,7 +70,7 @@ def command(file: str, robot: str | None, **given: Any) -> int:
     question = _question(robot, given)
     limit = given["size_limit"] * MIB
     options = Options(
-        given["sample"], given["seed"], given["threads"], given["time_limit"], limit, given["quiet"]
+        given["sample"], given["seed"], read_threads(given), given["time_limit"], limit, given["quiet"]
     )
     if question is None:
         return run(file, options)

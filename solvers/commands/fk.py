@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import sys
 from typing import TYPE_CHECKING, Any
 
@@ -10,9 +9,12 @@ import click
 
 from solvers.commands.external_force import LABEL, external_force_option, read_external_force
 from solvers.commands.interrupt import Signals, interruptible
-from solvers.commands.numbers import read_count, read_float
+from solvers.commands.numbers import read_count, read_float, warn_of_lengths
 from solvers.commands.target import JsonTarget
+from solvers.commands.threads import read_threads, threads_option
 from solvers.questions.errors import InputErrors
+from solvers.shell.completion import files, robot_argument
+from solvers.shell.examples import examples
 
 if TYPE_CHECKING:
     from cdpr_interval.robots.cable_robot import Robot
@@ -25,11 +27,24 @@ MOST_CABLES = 64
 """Of a robot in a certificate."""
 
 
-@click.command("fk", short_help="Every static pose for given cable lengths.")
-@click.argument("robot")
+@click.command(
+    "fk",
+    short_help="Every static pose for given cable lengths.",
+    epilog=examples(
+        "fk uc2 --lengths 7.5,8 --certificate uc2.cert",
+        "fk merlet_4_1 --lengths c1=2692.6mm,c2=3.905,c3=3.354,c4=4.4 --json -",
+        "fk merlet_4_1 --lengths 2.69+-0.01,3.9+-0.01,3.35+-0.01,4.5",
+    ),
+)
+@robot_argument
 @click.option("--lengths", metavar="L1,L2,...", help="Cable lengths in m, file order, or c1=L1,c2=L2,...")
 @click.option("--tensions", metavar="T1,T2,...", help="Tensions in N instead of lengths, of a point mass.")
-@click.option("--problem", metavar="FILE", help="Lengths and external force from a cdpr-problem/1 file.")
+@click.option(
+    "--problem",
+    metavar="FILE",
+    shell_complete=files,
+    help="Lengths and external force from a cdpr-problem/1 file.",
+)
 @external_force_option
 @click.option("--taut", metavar="C1,C2,...", help="One subset of taut cables instead of all subsets.")
 @click.option("--ignore-slack", is_flag=True, help="Keep poses whose other cables are not slack.")
@@ -38,27 +53,40 @@ MOST_CABLES = 64
     "--method", default="auto", show_default=True, metavar="auto|search|convex", help="For a point mass."
 )
 @click.option(
-    "--precision", default="1e-9", show_default=True, metavar="X", help="Width of a reported solution."
+    "--precision",
+    default="1e-9",
+    show_default=True,
+    metavar="X",
+    help="Target width of the position in m and the rotation entries of a solution, exact input.",
 )
 @click.option("--time-limit", metavar="S", help="Stop after so many seconds.")
 @click.option("--cell-limit", metavar="N", help="Stop after so many cells.")
-@click.option("--threads", metavar="N", help="Number of threads.  [default: all cores]")
-@click.option("--json", "json_file", metavar="FILE", help="Write the result as JSON; - is standard output.")
-@click.option("--certificate", metavar="FILE", help="Write the proof to a file, for `check`.")
+@threads_option
+@click.option(
+    "--json",
+    "json_file",
+    metavar="FILE",
+    shell_complete=files,
+    help="Write the result as JSON; - is standard output.",
+)
+@click.option(
+    "--certificate", metavar="FILE", shell_complete=files, help="Write the proof to a file, for `check`."
+)
 @click.option("-q", "--quiet", is_flag=True, help="No table, no progress.")
 @click.option("-v", "--verbose", is_flag=True, help="More about what is done, and about errors.")
 def command(robot: str, **given: Any) -> int:
     """Find and prove every static pose of ROBOT for the given cable lengths.
 
-    A length may be a number, 2.69+-0.01, 2.68..2.70 or [2.68,2.70]; lengths of elastic cables are
-    unstretched. Exit code 0: all poses found; 3: something is left undecided; 4: proved that there
-    is none.
+    A length may be a number in m, 2.69+-0.01, 2.68..2.70 or [2.68,2.70], or have its unit, 2690mm;
+    lengths of elastic cables are unstretched. Exit code 0: all poses found; 3: something is left
+    undecided; 4: proved that there is none.
     """
     target = None if given["json_file"] is None else JsonTarget(given["json_file"])
     if given["tensions"] is not None:
         return _of_tensions(robot, given, target)
     certificate = None if given["certificate"] is None else JsonTarget(given["certificate"], "--certificate")
     problem, options = _read(robot, given, target, certificate)
+    warn_of_lengths(problem.robot, problem.lengths, "--lengths" if given["problem"] is None else "--problem")
     with interruptible() as signals:
         result = _solve(problem, options, quiet=given["quiet"])
         signals.hold()
@@ -154,9 +182,7 @@ def _options(given: dict[str, Any]) -> Options:
     errors = InputErrors()
     method = errors.read(read_method, given["method"], "--method")
     precision = errors.read(read_float, given["precision"], "--precision")
-    seconds, cells, threads = given["time_limit"], given["cell_limit"], given["threads"]
-    if threads is None:
-        threads = str(os.cpu_count() or 1)
+    seconds, cells = given["time_limit"], given["cell_limit"]
     options = Options(
         ignore_slack=given["ignore_slack"],
         ignore_tension_sign=given["ignore_tension_sign"],
@@ -164,7 +190,7 @@ def _options(given: dict[str, Any]) -> Options:
         precision=1e-9 if precision is None else precision,
         time_limit=None if seconds is None else errors.read(read_float, seconds, "--time-limit"),
         cell_limit=None if cells is None else errors.read(read_count, cells, "--cell-limit"),
-        threads=errors.read(read_count, threads, "--threads") or 0,
+        threads=read_threads(given, errors),
         record=None if given["certificate"] is None else Record(),
     )
     errors.require_none()

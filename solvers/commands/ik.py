@@ -3,23 +3,38 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Sequence
+from math import degrees, radians
 from typing import TYPE_CHECKING, Any
 
 import click
 
 from solvers.commands.external_force import external_force_option, read_external_force
-from solvers.commands.numbers import read_float
+from solvers.commands.numbers import read_distance, read_float, warn_of_lengths
 from solvers.commands.target import JsonTarget
 from solvers.questions.errors import InputErrors
+from solvers.shell.completion import files, robot_argument
+from solvers.shell.examples import examples
 
 if TYPE_CHECKING:
     from solvers.answers.inverse import IkResult
 
+LARGE_TURN = radians(30)
+"""A settled pose that is turned further is no longer the one a person had in mind."""
 
-@click.command("ik", short_help="Distances, lengths and tensions for a pose.")
-@click.argument("robot")
+
+@click.command(
+    "ik",
+    short_help="Distances, lengths and tensions for a pose.",
+    epilog=examples(
+        "ik merlet_4_1 --pose 1,1.5,-2",
+        "ik cogiro --pose '0 0 1 5deg 0 -10deg' --json -",
+        "ik uc3 --pose 5,3,-7 --settle",
+    ),
+)
+@robot_argument
 @click.option(
-    "--pose", metavar="X,Y,Z[,R,P,Y]", help="Platform origin in m; roll, pitch, yaw in rad or as 30deg."
+    "--pose", metavar="X,Y,Z[,R,P,Y]", help="Platform origin in m; roll, pitch, yaw as 30deg or 0.5rad."
 )
 @click.option("--quaternion", metavar="W,X,Y,Z", help="Orientation, scalar first, platform to base.")
 @click.option("--taut", metavar="C1,C2,...", help="The cables that may carry tension.  [default: all]")
@@ -28,7 +43,12 @@ if TYPE_CHECKING:
 )
 @external_force_option
 @click.option("--settle", is_flag=True, help="First move to the nearest static pose of the taut cables.")
-@click.option("--static", is_flag=True, help="Exit with 4 when the pose is not an equilibrium.")
+@click.option(
+    "--settle-within",
+    metavar="D",
+    help="How far in m any point of the platform may move.  [default: the platform's size]",
+)
+@click.option("--static", is_flag=True, help="Exit with 6 when the pose is not an equilibrium.")
 @click.option(
     "--wrench-tolerance",
     metavar="X",
@@ -36,15 +56,21 @@ if TYPE_CHECKING:
     show_default=True,
     help="Residual, as a share of the weight, of a pose that counts as static.",
 )
-@click.option("--json", "json_file", metavar="FILE", help="Write the result as JSON; - is standard output.")
+@click.option(
+    "--json",
+    "json_file",
+    metavar="FILE",
+    shell_complete=files,
+    help="Write the result as JSON; - is standard output.",
+)
 @click.option("-q", "--quiet", is_flag=True, help="No table.")
 @click.option("-v", "--verbose", is_flag=True, help="More about errors.")
 def command(robot: str, **given: Any) -> int:
     """Return distances, cable lengths and tensions of ROBOT at a pose.
 
     The orientation is R = Rz(yaw) Ry(pitch) Rx(roll), or a quaternion. The lengths are printed with
-    every digit, ready for --lengths of fk. Exit code 4: tensions are needed (elastic cables or
-    --static) and the pose is not an equilibrium; 3: --settle found no static pose.
+    every digit, ready for --lengths of fk. Exit code 6: tensions are needed (elastic cables or
+    --static) and none were found, or --settle found no static pose near enough; nothing is proved.
     """
     target = None if given["json_file"] is None else JsonTarget(given["json_file"])
     result = _solve(robot, given, target)
@@ -53,8 +79,11 @@ def command(robot: str, **given: Any) -> int:
     code = _exit_code(result)
     if not given["quiet"] and (target is None or not target.is_stdout):
         _print(result)
-    elif code:
-        click.echo(result.message, err=True)
+    if code:
+        click.echo(f"none found, nothing proved: {result.message}", err=True)
+    elif result.settling is not None and result.settling.angle > LARGE_TURN:
+        turn = f"{degrees(result.settling.angle):.1f} deg"
+        click.echo(f"warning: --settle turned the platform by {turn}", err=True)
     return code
 
 
@@ -72,6 +101,9 @@ def _solve(source: str, given: dict[str, Any], target: JsonTarget | None) -> IkR
         pose = errors.read(read_pose, given["pose"], given["quaternion"])
     margin = errors.read(read_float, given["slack_margin"], "--slack-margin")
     tolerance = errors.read(read_float, given["wrench_tolerance"], "--wrench-tolerance")
+    within = None
+    if given["settle_within"] is not None:
+        within = errors.read(read_distance, given["settle_within"], "--settle-within")
     force = read_external_force(given, errors)
     if target is not None:
         errors.read(target.require_writable)
@@ -85,6 +117,7 @@ def _solve(source: str, given: dict[str, Any], target: JsonTarget | None) -> IkR
         taut=given["taut"],
         slack_margin=0.0 if margin is None else margin,
         settle=given["settle"],
+        settle_within=within,
         static=given["static"],
         wrench_tolerance=1.0 if tolerance is None else tolerance,
         external_force=force,
@@ -92,6 +125,7 @@ def _solve(source: str, given: dict[str, Any], target: JsonTarget | None) -> IkR
     )
     errors.require_none()
     assert result is not None
+    warn_of_lengths(robot, [(distance, distance) for distance in result.distances], "--pose")
     return result
 
 
@@ -102,25 +136,22 @@ def _option_name(parameter: str) -> str:
 def _exit_code(result: IkResult) -> int:
     from solvers.cli import ExitCode
 
-    if result.lengths is None or (result.question.static and not result.is_static):
-        return ExitCode.NO_POSE
-    if result.settling is not None and not result.settling.succeeded:
-        return ExitCode.INCOMPLETE
-    return ExitCode.COMPLETE
+    found = result.lengths is not None and (result.is_static or not result.question.static)
+    return ExitCode.COMPLETE if found else ExitCode.NONE_FOUND
 
 
 def _print(result: IkResult) -> None:
-    """Print the table: short numbers to read, then the lengths with every digit to paste."""
-    from math import degrees
+    """Print the table: short numbers to read, then what can be pasted, with every digit."""
+    from cdpr_interval.mechanics.orientation import rotation_from_quaternion, rpy_from_rotation
 
     write = sys.stdout.write
-    place = ", ".join(f"{x:z.6f}" for x in result.position)
-    angles = ", ".join(f"{degrees(angle):z.4f}" for angle in result.rpy)
     write(f"{result.robot[0]} ({result.model}): {result.message}\n")
-    write(
-        f"position ({place}) m"
-        + ("\n" if result.model == "point-mass" else f", roll pitch yaw ({angles}) deg\n")
-    )
+    asked = result.question
+    angles = rpy_from_rotation(rotation_from_quaternion(asked.quaternion))
+    write(f"pose asked for {_place(result, asked.position, angles)}\n")
+    is_moved = result.settling is not None and result.settling.succeeded
+    if is_moved:
+        write(f"pose settled   {_place(result, result.position, result.rpy)}\n")
     width = max(len("cable"), *(len(name) for name in result.cables))
     write(f"{'cable':{width}}  {'distance m':>12}  {'length m':>12}  {'tension N':>12}\n")
     for i, name in enumerate(result.cables):
@@ -129,6 +160,15 @@ def _print(result: IkResult) -> None:
         write(
             f"{name:{width}}  {result.distances[i]:12.6f}  {length:>12}  {result.tensions[i]:12.4f}{limits}\n"
         )
+    if is_moved:
+        write(f"--pose {result.pose_option}\n")
     if result.lengths_option is not None:
         write(f"--lengths {result.lengths_option}\n")
     sys.stdout.flush()
+
+
+def _place(result: IkResult, position: Sequence[float], angles: Sequence[float]) -> str:
+    from solvers.questions.pose import shown_angles
+
+    place = f"({', '.join(f'{x:z.6f}' for x in position)}) m"
+    return place if result.model == "point-mass" else f"{place}, roll pitch yaw ({shown_angles(angles)})"

@@ -2,14 +2,34 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import click
+
 from cdpr_interval.errors import InputError
 from cdpr_interval.files.literal import quote, read_number
+
+if TYPE_CHECKING:
+    from fractions import Fraction
+
+    from cdpr_interval.robots.cable_robot import Robot
 
 
 def read_float(text: str, label: str) -> float:
     """Return the double nearest to a number; `InputError` when the text is none."""
     try:
         return float(read_number(text.strip()))
+    except ValueError as error:
+        raise InputError(f"{label}: {error}") from None
+
+
+def read_distance(text: str, label: str) -> float:
+    """Return the double nearest to a length in m, mm or cm; `InputError` when the text is none."""
+    from solvers.questions.units import read_metres
+
+    try:
+        return float(read_metres(text.strip()))
     except ValueError as error:
         raise InputError(f"{label}: {error}") from None
 
@@ -23,3 +43,13 @@ def read_count(text: str, label: str) -> int:
     if value.denominator != 1:
         raise InputError(f"{label}: {quote(text)} is not a whole number")
     return int(value)
+
+
+def warn_of_lengths(
+    robot: Robot, lengths: Sequence[tuple[float | Fraction, float | Fraction]], label: str
+) -> None:
+    """Say on standard error when lengths are far beyond the size of the robot; they are taken as given."""
+    from solvers.questions.scale import absurd_lengths
+
+    if text := absurd_lengths(robot, lengths):
+        click.echo(f"warning: {label}: {text}", err=True)

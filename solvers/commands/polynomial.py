@@ -8,10 +8,16 @@ import click
 
 from solvers.commands.external_force import external_force_option, read_external_force
 from solvers.commands.target import JsonTarget
+from solvers.shell.completion import files, robot_argument
+from solvers.shell.examples import examples
 
 
-@click.command("polynomial", short_help="The exact polynomials of a subset of taut cables, compared with fk.")
-@click.argument("robot")
+@click.command(
+    "polynomial",
+    short_help="The exact polynomials of a subset of taut cables, compared with fk.",
+    epilog=examples("polynomial merlet_4_1 --lengths 2.7,3.9,3.4,4.4 --taut c1,c2"),
+)
+@robot_argument
 @click.option("--lengths", metavar="L1,L2,...", help="Cable lengths in m, file order, or c1=L1,c2=L2,...")
 @click.option("--tensions", metavar="T1,T2,...", help="Tensions in N of the taut cables, file order.")
 @external_force_option
@@ -21,8 +27,20 @@ from solvers.commands.target import JsonTarget
     type=click.Choice(["lengths", "tensions"]),
     help="What is known.  [default: what is given]",
 )
-@click.option("--latex", "latex_file", metavar="FILE", help="Write the derivation as a LaTeX document.")
-@click.option("--json", "json_file", metavar="FILE", help="Write the report as JSON; - is standard output.")
+@click.option(
+    "--latex",
+    "latex_file",
+    metavar="FILE",
+    shell_complete=files,
+    help="Write the derivation as a LaTeX document.",
+)
+@click.option(
+    "--json",
+    "json_file",
+    metavar="FILE",
+    shell_complete=files,
+    help="Write the report as JSON; - is standard output.",
+)
 @click.option("-q", "--quiet", is_flag=True, help="No report; the exit code says whether fk agrees.")
 def command(robot: str, **given: Any) -> int:
     """Derive the polynomial system of ROBOT's taut cables and its eliminant, exactly.

@@ -7,18 +7,40 @@ from typing import TYPE_CHECKING
 
 import click
 
+from solvers.shell.completion import files, robots
+from solvers.shell.examples import examples
+
 if TYPE_CHECKING:
     from solvers.report.source import ResultSource
 
 
-@click.command("report", short_help="A result or a batch as one HTML file people look at.")
-@click.argument("source", metavar="RESULT|DIR")
-@click.option("--out", required=True, metavar="FILE", help="The HTML file; it needs nothing else.")
+@click.command(
+    "report",
+    short_help="A result or a batch as one HTML file people look at.",
+    epilog=examples(
+        "fk uc2 --lengths 7.5,8 --json uc2.json",
+        "report uc2.json --out uc2.html",
+    ),
+)
+@click.argument("source", metavar="RESULT|DIR", shell_complete=files)
+@click.option(
+    "--out", required=True, metavar="FILE", shell_complete=files, help="The HTML file; it needs nothing else."
+)
 @click.option(
     "--figures", metavar="DIR|X.pdf", help="Write the figures too: as PNG and SVG, or as pages of a PDF."
 )
-@click.option("--robot", metavar="FILE", help="The robot of RESULT.  [default: the shipped one it names]")
-@click.option("--certificate", metavar="FILE", help="Check this certificate of RESULT and say what came out.")
+@click.option(
+    "--robot",
+    metavar="FILE",
+    shell_complete=robots,
+    help="The robot of RESULT.  [default: the shipped one it names]",
+)
+@click.option(
+    "--certificate",
+    metavar="FILE",
+    shell_complete=files,
+    help="Check this certificate of RESULT and say what came out.",
+)
 @click.option("--job", type=click.IntRange(min=1), metavar="N", help="Only this job of the batch in DIR.")
 def command(
     source: str, out: str, figures: str | None, robot: str | None, certificate: str | None, job: int | None

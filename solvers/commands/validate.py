@@ -7,12 +7,19 @@ from typing import TYPE_CHECKING
 
 import click
 
+from solvers.shell.completion import robot_argument
+from solvers.shell.examples import examples
+
 if TYPE_CHECKING:
     from cdpr_interval.robots.cable_robot import Cable, Point, Robot, Scalar
 
 
-@click.command("validate", short_help="Read a robot file and print a summary, or every error.")
-@click.argument("robot")
+@click.command(
+    "validate",
+    short_help="Read a robot file and print a summary, or every error.",
+    epilog=examples("validate merlet_4_1"),
+)
+@robot_argument
 def command(robot: str) -> int:
     """Read ROBOT and print a summary, or every error with line and column."""
     from cdpr_interval.robots.formats.reader import load_robot

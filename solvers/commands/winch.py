@@ -9,8 +9,18 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
-from solvers.commands.numbers import read_float
-from solvers.commands.winch_output import print_path, print_status, print_truth, print_where, say_dry
+from solvers.commands.numbers import read_distance, read_float, warn_of_lengths
+from solvers.commands.winch_output import (
+    print_path,
+    print_status,
+    print_truth,
+    print_where,
+    say_dry,
+    shown_hanging,
+    shown_pose,
+)
+from solvers.shell.completion import files, robot_argument
+from solvers.shell.examples import examples
 
 if TYPE_CHECKING:
     from cdpr_interval.driver.group import WinchGroup
@@ -29,13 +39,18 @@ def _options(*names: str) -> Callable[[Function], Function]:
     known: dict[str, Callable[[Function], Function]] = {
         "bus": click.option("--bus", metavar="INTERFACE:CHANNEL", help="Real drives, e.g. socketcan:can0."),
         "state": click.option(
-            "--state", metavar="FILE", help="What is known of the cables between commands."
+            "--state",
+            metavar="FILE",
+            shell_complete=files,
+            help="What is known of the cables between commands.",
         ),
         "from": click.option(
             "--from", "start", metavar="X,Y,Z[,R,P,Y]", help="Dry run: where the platform is."
         ),
         "json": click.option("--json", "as_json", is_flag=True, help="Print JSON instead of text."),
-        "log": click.option("--log", metavar="FILE", help="Audit log; lines are added."),
+        "log": click.option(
+            "--log", metavar="FILE", shell_complete=files, help="Audit log; lines are added."
+        ),
         "live": click.option("--live", is_flag=True, help="Move real drives; without it: a dry run."),
         "arm": click.option("--arm", metavar="NAME", help="With --live: the name of the robot, typed."),
     }
@@ -65,7 +80,12 @@ class Winches(click.Group):
             return ExitCode.INCOMPLETE
 
 
-@click.group("winch", cls=Winches, short_help="Move winches, read lengths back, say where the platform is.")
+@click.group(
+    "winch",
+    cls=Winches,
+    short_help="Move winches, read lengths back, say where the platform is.",
+    epilog=examples("winch where four_winches --from 2,1.5,1"),
+)
 def command() -> None:
     """Move the winches of a robot as one, and say where the platform is.
 
@@ -74,8 +94,8 @@ def command() -> None:
     """
 
 
-@command.command("status")
-@click.argument("robot")
+@command.command("status", epilog=examples("winch status four_winches --from 2,1.5,1"))
+@robot_argument
 @_options("bus", "state", "from", "json")
 def status(robot: str, **given: Any) -> int:
     """Show drives, readings and what is known of the lengths; nothing moves."""
@@ -86,8 +106,8 @@ def status(robot: str, **given: Any) -> int:
     return 0
 
 
-@command.command("where")
-@click.argument("robot")
+@command.command("where", epilog=examples("winch where four_winches --from 2,1.5,1 --json"))
+@robot_argument
 @_options("bus", "state", "from", "json")
 def where(robot: str, **given: Any) -> int:
     """Print the certified poses for the lengths the winches measure."""
@@ -101,9 +121,9 @@ def where(robot: str, **given: Any) -> int:
     return ExitCode.COMPLETE if found.is_complete else ExitCode.INCOMPLETE
 
 
-@command.command("move")
-@click.argument("robot")
-@click.option("--pose", required=True, metavar="X,Y,Z[,R,P,Y]", help="Goal; angles in rad or as 30deg.")
+@command.command("move", epilog=examples("winch move four_winches --from 2,1.5,1 --pose 1.9,1.5,1"))
+@robot_argument
+@click.option("--pose", required=True, metavar="X,Y,Z[,R,P,Y]", help="Goal, angles as 30deg or 0.5rad.")
 @click.option("--quaternion", metavar="W,X,Y,Z", help="Orientation of the goal, scalar first.")
 @click.option("--settle", is_flag=True, help="Go to the nearest static pose of the taut cables.")
 @click.option("--time", "seconds", metavar="S", help="Duration.  [default: the shortest the limits allow]")
@@ -123,6 +143,9 @@ def move(robot: str, **given: Any) -> int:
     # Planning takes all of the processor: the cycle must not run meanwhile.
     widths = half_widths_of(references)
     path = plan(model, limits, held, ranges, goal, seconds, given["settle"], widths)
+    click.echo(f"goal {shown_pose(model, goal)}")
+    if given["settle"]:
+        click.echo(f"settled {shown_pose(model, path.goal)}")
     print_path(model, path)
     with _winches(model, given, live) as group:
         group.pass_cycles(2)
@@ -135,17 +158,20 @@ def move(robot: str, **given: Any) -> int:
     return 0
 
 
-@command.command("jog")
-@click.argument("robot")
+@command.command("jog", epilog=examples("winch jog four_winches --cable c1 --by -5mm"))
+@robot_argument
 @click.option("--cable", required=True, metavar="NAME", help="The winch to move.")
-@click.option("--by", "way", required=True, metavar="M", help="m; positive pays out.")
+@click.option("--by", "way", required=True, metavar="D", help="In m or as 5mm; positive pays out.")
 @_options("live", "arm", "bus", "state", "from", "log")
 def jog(robot: str, **given: Any) -> int:
-    """Move one winch slowly, at most 0.1 m; the only motion that needs no reference."""
+    """Move one winch slowly, at most 0.1 m; the only motion that needs no reference.
+
+    A dry run without --from or --state starts in the middle of the limits, lengths unknown.
+    """
     model = _robot(robot)
-    way = read_float(given["way"], "--by")
+    way = read_distance(given["way"], "--by")
     live = _armed(model, given)
-    with _winches(model, given, live) as group:
+    with _winches(model, given, live, anywhere=True) as group:
         group.enable()
         group.jog(given["cable"], way)
         print_status(group.snapshot, as_json=False)
@@ -153,8 +179,13 @@ def jog(robot: str, **given: Any) -> int:
     return 0
 
 
-@command.command("home")
-@click.argument("robot")
+@command.command(
+    "home",
+    epilog=examples(
+        "winch home four_winches --bus udp_multicast:239.74.163.2 --state four.json --pose 2,1.5,1"
+    ),
+)
+@robot_argument
 @click.option("--pose", metavar="X,Y,Z[,R,P,Y]", help="Where the platform hangs now.")
 @click.option("--lengths", metavar="L1,L2,...", help="Measured lengths in m, ranges allowed.")
 @click.option(
@@ -168,16 +199,18 @@ def home(robot: str, **given: Any) -> int:
     model = _robot(robot)
     if given["state"] is None or given["bus"] is None:
         raise InputError("home: needs --bus and --state FILE, where the references are kept")
-    lengths = _home_lengths(model, given)
+    lengths, place = _home_lengths(model, given)
     with _winches(model, given) as group:
         group.pass_cycles(2)
         group.home(lengths)
+        if place is not None:
+            click.echo(f"home {place}")
         print_status(group.snapshot, as_json=False)
     return 0
 
 
-@command.command("marks")
-@click.argument("robot")
+@command.command("marks", epilog=examples("winch marks four_winches"))
+@robot_argument
 @_options("state", "log", "json")
 def marks(robot: str, **given: Any) -> int:
     """Show the marks of every cable, and what the log says they told about length and drum."""
@@ -200,8 +233,8 @@ def marks(robot: str, **given: Any) -> int:
     return 0
 
 
-@command.command("stop")
-@click.argument("robot")
+@command.command("stop", epilog=examples("winch stop four_winches --bus udp_multicast:239.74.163.2"))
+@robot_argument
 @click.option("--bus", required=True, metavar="INTERFACE:CHANNEL", help="Where the drives are.")
 def stop(robot: str, bus: str) -> int:
     """Stop all winches, also those that another program moves. It is not the emergency stop."""
@@ -216,8 +249,11 @@ def stop(robot: str, bus: str) -> int:
     return 0
 
 
-@command.command("simulate")
-@click.argument("robot")
+@command.command(
+    "simulate",
+    epilog=examples("winch simulate four_winches --bus udp_multicast:239.74.163.2 --pose 2,1.5,1 --for 60"),
+)
+@robot_argument
 @click.option("--pose", required=True, metavar="X,Y,Z[,R,P,Y]", help="Where the platform hangs at the start.")
 @click.option(
     "--bus", required=True, metavar="INTERFACE:CHANNEL", help="For example udp_multicast:239.74.163.2."
@@ -235,7 +271,7 @@ def simulate(robot: str, **given: Any) -> int:
     from cdpr_interval.driver.canopen_drive import SimulatedNetwork
     from cdpr_interval.driver.simulated_drive import SimulatedDrive
     from cdpr_interval.errors import InputError
-    from solvers.winches.session import lengths_at, read_bus, winches_of
+    from solvers.winches.session import hanging_at, read_bus, winches_of
 
     model = _robot(robot)
     address = read_bus(given["bus"])
@@ -243,13 +279,15 @@ def simulate(robot: str, **given: Any) -> int:
     if not 0.0 <= share <= 1.0:
         raise InputError(f"--share: must be 0 to 1, got {share!r}")
     end = None if given["seconds"] is None else _positive(given["seconds"], "--for")
-    starts = lengths_at(model, _pose(given["pose"]))
+    found = hanging_at(model, _pose(given["pose"]))
+    starts = [Fraction(length) for length in found.lengths or ()]
     drives = [
         SimulatedDrive(winch, length, Fraction(share))
         for winch, length in zip(winches_of(model), starts, strict=True)
     ]
     with SimulatedNetwork(drives, address.interface, address.channel):
         click.echo(f"{len(drives)} simulated drives on {given['bus']}; end with Ctrl-C", err=True)
+        click.echo(f"start {shown_hanging(model, found)}", err=True)
         begun = time.monotonic()
         try:
             while end is None or time.monotonic() - begun < end:
@@ -270,19 +308,15 @@ def _robot(source: str) -> Robot:
 
 
 def _pose(text: str, quaternion: str | None = None, label: str = "--pose") -> Pose:
-    from cdpr_interval.errors import InputError
     from solvers.questions.pose import read_pose
 
-    try:
-        return read_pose(text, quaternion)
-    except InputError as error:
-        raise InputError(*(message.replace("--pose", label) for message in error.messages)) from None
+    return read_pose(text, quaternion, label)
 
 
-def _positive(text: str, label: str) -> float:
+def _positive(text: str, label: str, read: Callable[[str, str], float] = read_float) -> float:
     from cdpr_interval.errors import InputError
 
-    value = read_float(text, label)
+    value = read(text, label)
     if value <= 0.0:
         raise InputError(f"{label}: must be positive, got {text}")
     return value
@@ -305,7 +339,7 @@ def _armed(robot: Robot, given: dict[str, Any]) -> bool:
     return True
 
 
-def _winches(robot: Robot, given: dict[str, Any], live: bool | None = None) -> Any:
+def _winches(robot: Robot, given: dict[str, Any], live: bool | None = None, anywhere: bool = False) -> Any:
     from solvers.winches.session import lengths_at, read_bus, winches
 
     bus = given.get("bus")
@@ -314,7 +348,12 @@ def _winches(robot: Robot, given: dict[str, Any], live: bool | None = None) -> A
     lengths = None if start is None else lengths_at(robot, _pose(start, label="--from"), "--from")
     state, log = given.get("state"), given.get("log")
     return winches(
-        robot, address, None if state is None else Path(state), lengths, None if log is None else Path(log)
+        robot,
+        address,
+        None if state is None else Path(state),
+        lengths,
+        None if log is None else Path(log),
+        anywhere,
     )
 
 
@@ -338,21 +377,25 @@ def _require_unmoved(group: WinchGroup, before: list[tuple[float, float]]) -> No
             raise Refused(f"{cable.name} has moved since the path was planned")
 
 
-def _home_lengths(robot: Robot, given: dict[str, Any]) -> list[Any]:
+def _home_lengths(robot: Robot, given: dict[str, Any]) -> tuple[list[Any], str | None]:
+    """Return the lengths the cables have now, and the pose they were taken from as text."""
     from fractions import Fraction
 
     from cdpr_interval.errors import InputError
     from cdpr_interval.exact.range import Range
     from solvers.questions.lengths import read_lengths
-    from solvers.winches.session import lengths_at
+    from solvers.winches.session import hanging_at
 
     if (given["pose"] is None) == (given["lengths"] is None):
         raise InputError("home: needs either --pose or --lengths")
-    tolerance = Fraction(_positive(given["tolerance"], "--tolerance"))
+    tolerance = Fraction(_positive(given["tolerance"], "--tolerance", read_distance))
     if given["pose"] is not None:
-        return [Range(x - tolerance, x + tolerance) for x in lengths_at(robot, _pose(given["pose"]))]
+        found = hanging_at(robot, _pose(given["pose"]))
+        exact = [Fraction(length) for length in found.lengths or ()]
+        return [Range(x - tolerance, x + tolerance) for x in exact], shown_hanging(robot, found)
     ranges = read_lengths(given["lengths"], robot.cable_names, "--lengths")
-    return [Range(lo - tolerance, hi + tolerance) if lo == hi else Range(lo, hi) for lo, hi in ranges]
+    warn_of_lengths(robot, ranges, "--lengths")
+    return [Range(lo - tolerance, hi + tolerance) if lo == hi else Range(lo, hi) for lo, hi in ranges], None
 
 
 def _mark_rows(robot: Robot) -> list[dict[str, Any]]:

@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import json
 import sys
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
 if TYPE_CHECKING:
     from cdpr_interval.driver.snapshot import Snapshot
+    from cdpr_interval.mechanics.statics import Pose
     from cdpr_interval.robots.cable_robot import Robot
+    from solvers.answers.data import Solution
+    from solvers.answers.inverse import IkResult
     from solvers.winches.path import Path as CablePath
     from solvers.winches.where import Whereabouts
 
@@ -21,6 +24,26 @@ def _outward(lo: float, hi: float, decimals: int = 6) -> tuple[str, str]:
 
     step = Decimal(1).scaleb(-decimals)
     return str(Decimal(lo).quantize(step, ROUND_FLOOR)), str(Decimal(hi).quantize(step, ROUND_CEILING))
+
+
+def shown_pose(robot: Robot, pose: Pose) -> str:
+    """Return a pose as it was understood: position, and the angles of what turns."""
+    from cdpr_interval.mechanics.orientation import rpy_from_rotation
+    from solvers.classes import class_of
+    from solvers.questions.pose import shown_angles
+
+    place = f"({', '.join(f'{x:z.6f}' for x in pose.position.tolist())}) m"
+    angles = shown_angles(rpy_from_rotation(pose.rotation))
+    return f"{place}, roll pitch yaw ({angles})" if class_of(robot).turns else place
+
+
+def shown_hanging(robot: Robot, found: IkResult) -> str:
+    """Return where a robot hangs near a pose that was asked for, and how far that is from it."""
+    import numpy as np
+
+    from cdpr_interval.mechanics.statics import Pose
+
+    return f"{shown_pose(robot, Pose(np.array(found.position), np.array(found.rotation)))}: {found.message}"
 
 
 def print_status(snapshot: Snapshot, as_json: bool) -> None:
@@ -46,29 +69,55 @@ def print_status(snapshot: Snapshot, as_json: bool) -> None:
 def print_where(robot: Robot, ranges: list[tuple[float, float]], found: Whereabouts, as_json: bool) -> None:
     """Print measured lengths and the certified poses for them."""
     from solvers.classes import class_of
+    from solvers.questions.pose import shown_angles
 
     names = robot.cable_names
     if as_json:
-        poses = [pose.to_json(names) for pose in found.poses]
-        lengths = [list(bounds) for bounds in ranges]
-        click.echo(json.dumps({"lengths_m": lengths, "message": found.message, "poses": poses}))
+        document = {
+            "lengths_m": [list(bounds) for bounds in ranges],
+            "message": found.message,
+            "poses": [pose.to_json(names) for pose in found.poses],
+            "at_the_middles_only": [_nominal(solution) for solution in found.lost],
+        }
+        click.echo(json.dumps(document))
         return
     for name, (lo, hi) in zip(names, ranges, strict=True):
         click.echo(f"{name}  {' to '.join(_outward(lo, hi))} m")
     click.echo(found.message)
     for pose in found.poses:
         place = ", ".join(f"[{', '.join(_outward(lo, hi))}]" for lo, hi in pose.position.tolist())
-        taut = ",".join(names[i] for i in pose.taut)
-        click.echo(f"position ({place}) m, {taut} taut, {pose.stability.value}")
+        taut = ",".join(names[i] for i in pose.taut) or "no cable proved"
+        either = ",".join(names[i] for i in pose.tight if i not in pose.taut)
+        shared = f"{either} taut or just slack, " if either else ""
+        click.echo(f"position ({place}) m, {taut} taut, {shared}{pose.stability.value}")
         if class_of(robot).turns:
-            quaternion = ", ".join(f"{x:.6f}" for x in pose.quaternion)
-            click.echo(f"  orientation near ({quaternion})")
+            angles = shown_angles(pose.solution.nominal.rpy)
+            click.echo(f"  roll pitch yaw near ({angles})")
+    for solution in found.lost:
+        nominal = solution.nominal
+        place = ", ".join(f"{x:z.6f}" for x in nominal.position)
+        angles = shown_angles(nominal.rpy)
+        click.echo(f"for the middles of the lengths only: ({place}) m, roll pitch yaw near ({angles})")
+
+
+def _nominal(solution: Solution) -> dict[str, Any]:
+    nominal = solution.nominal
+    return {
+        "position_m": list(nominal.position),
+        "quaternion_wxyz": list(nominal.quaternion_wxyz),
+        "rpy_rad": list(nominal.rpy),
+    }
 
 
 def print_path(robot: Robot, path: CablePath) -> None:
     """Print what was proved of a path, cable by cable."""
-    click.echo(f"path of {path.times[-1]:.2f} s proved in {path.pieces} pieces, taut all along: "
-               + ",".join(robot.cable_names[i] for i in path.taut))  # fmt: skip
+    names = robot.cable_names
+    either = [names[i] for i in path.tight if i not in path.taut]
+    shared = f"; taut or just slack, the position is proved either way: {','.join(either)}" if either else ""
+    taut = ",".join(names[i] for i in path.taut) or "none"
+    click.echo(
+        f"path of {path.times[-1]:.2f} s proved in {path.pieces} pieces, taut all along: {taut}{shared}"
+    )
     click.echo("cable  goal m      margin m  peak m/s  peak m/s2  tension N")
     for i, name in enumerate(robot.cable_names):
         least, most = path.tensions[i].tolist()

@@ -9,22 +9,24 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from cdpr_interval.errors import InputError
 from cdpr_interval.kernels.nonnegative import nonnegative_least_squares, smallest_nonnegative_solution
 from cdpr_interval.mechanics.cables.law import law_of
 from cdpr_interval.mechanics.orientation import (
     quaternion_from_rotation,
     rotation_from_quaternion,
+    rotation_from_rpy,
     rpy_from_rotation,
 )
 from cdpr_interval.mechanics.statics import Pose, StaticModel, static_model
 from cdpr_interval.robots.cable_robot import Robot
 from solvers.answers.inverse import IkQuestion, IkResult, Settling
 from solvers.answers.tool import this_tool
+from solvers.kinematics.settle import nearby
 from solvers.kinematics.settle import settle as settle_pose
 from solvers.questions.checked import require_treated, uncertain_data
 from solvers.questions.errors import InputErrors
 from solvers.questions.force import NO_LOAD, ZERO, read_force
+from solvers.questions.pose import read_rpy
 from solvers.questions.subset import read_subset
 
 Floats = NDArray[np.float64]
@@ -42,10 +44,12 @@ def inverse_kinematics(
     position: ArrayLike,
     rotation: ArrayLike | None = None,
     *,
+    rpy: Iterable[float | str] | None = None,
     quaternion: Sequence[float] | None = None,
     taut: str | Iterable[str | int] | None = None,
     slack_margin: float = SLACK_MARGIN,
     settle: bool = False,
+    settle_within: float | None = None,
     static: bool = False,
     wrench_tolerance: float = WRENCH_TOLERANCE,
     external_force: Sequence[Any] | None = None,
@@ -59,6 +63,9 @@ def inverse_kinematics(
         Platform origin in the base frame, m.
     rotation : (3, 3) array, optional
         Platform to base; the default is the identity.
+    rpy : (roll, pitch, yaw), optional
+        Instead of ``rotation``: R = Rz(yaw) Ry(pitch) Rx(roll), in rad; a text has its unit
+        (``"5deg"``, ``"0.1rad"``).
     quaternion : (w, x, y, z), optional
         Instead of ``rotation``; of any non-zero norm.
     taut : iterable of str or int, optional
@@ -67,6 +74,10 @@ def inverse_kinematics(
         Every other cable is longer than its distance by this fraction.
     settle : bool
         First move to the nearest static pose of the taut cables.
+    settle_within : float, optional
+        m: no point of the platform may move further than that. The default is the platform's size (largest
+        distance of an anchor from the centre of mass); for a point mass a tenth of the mean distance to
+        the exit points.
     static : bool
         Recorded in the result: the caller wants a static pose or nothing.
     wrench_tolerance : float
@@ -79,7 +90,8 @@ def inverse_kinematics(
     -------
     IkResult
         The tensions are the non-negative ones of least norm when the pose is static, else those that
-        balance the load best.
+        balance the load best. Where settling found no static pose, or none near enough, the result is
+        about the pose that was given and has no lengths; ``settling`` says how far away the found one is.
 
     Raises
     ------
@@ -89,7 +101,7 @@ def inverse_kinematics(
         For a robot with uncertain scalars.
     """
     errors = InputErrors()
-    pose = errors.read(_pose, position, rotation, quaternion)
+    pose = errors.read(_pose, position, rotation, rpy, quaternion)
     answer = errors.read(
         answer_pose,
         robot,
@@ -97,6 +109,7 @@ def inverse_kinematics(
         taut=taut,
         slack_margin=slack_margin,
         settle=settle,
+        settle_within=settle_within,
         static=static,
         wrench_tolerance=wrench_tolerance,
         external_force=external_force,
@@ -113,6 +126,7 @@ def answer_pose(
     taut: Any,
     slack_margin: float,
     settle: bool,
+    settle_within: float | None,
     static: bool,
     wrench_tolerance: float,
     external_force: Any,
@@ -122,7 +136,7 @@ def answer_pose(
 
     Parameters
     ----------
-    robot, pose, taut, slack_margin, settle, static, wrench_tolerance, external_force
+    robot, pose, taut, slack_margin, settle, settle_within, static, wrench_tolerance, external_force
         As `inverse_kinematics`.
     label : callable
         From a parameter's name to what messages call it.
@@ -142,6 +156,10 @@ def answer_pose(
         errors.add(f"{label('slack_margin')}: must not be negative, got {slack_margin!r}")
     if not (math.isfinite(wrench_tolerance) and wrench_tolerance > 0.0):
         errors.add(f"{label('wrench_tolerance')}: must be a positive number, got {wrench_tolerance!r}")
+    if settle_within is not None and not settle:
+        errors.add(f"{label('settle_within')}: only with {label('settle')}")
+    elif settle_within is not None and not (math.isfinite(settle_within) and settle_within > 0.0):
+        errors.add(f"{label('settle_within')}: must be a positive number, got {settle_within!r}")
     model = static_model(robot, force or ZERO)
     if pose is not None and model.rows == 3 and np.abs(pose.rotation - np.eye(3)).max() > ORTHOGONAL:
         errors.add(f"{label('pose')}: this robot is a point mass, which has no orientation")
@@ -151,11 +169,14 @@ def answer_pose(
     if pose is None:
         return None
     assert force is not None
+    if settle and settle_within is None:
+        settle_within = nearby(model, pose)
     fx, fy, fz = (float(component) for component in force)
     question = IkQuestion(
         taut=None if subset is None else tuple(robot.cable_names[i] for i in subset),
         slack_margin=slack_margin,
         settle=settle,
+        settle_within=settle_within,
         static=static,
         wrench_tolerance=wrench_tolerance,
         external_force=(fx, fy, fz),
@@ -168,27 +189,32 @@ def answer_pose(
 def _pose(
     position: ArrayLike,
     rotation: ArrayLike | None,
+    rpy: Iterable[float | str] | None,
     quaternion: Sequence[float] | None,
 ) -> Pose:
     """Return the pose, or raise `InputError` with all that is wrong with it."""
-    errors: list[str] = []
+    errors = InputErrors()
     place = np.array(position, dtype=np.float64)
     matrix = np.eye(3) if rotation is None else np.array(rotation, dtype=np.float64)
     if place.shape != (3,) or not np.isfinite(place).all():
-        errors.append(f"position: must be 3 finite numbers, got {position!r}")
+        errors.add(f"position: must be 3 finite numbers, got {position!r}")
+    if rpy is not None:
+        if rotation is not None or quaternion is not None:
+            errors.add("rpy: not together with a rotation matrix or a quaternion")
+        elif (angles := errors.read(read_rpy, rpy)) is not None:
+            matrix = rotation_from_rpy(angles)
     if quaternion is not None:
         if rotation is not None:
-            errors.append("quaternion: not together with a rotation matrix")
+            errors.add("quaternion: not together with a rotation matrix")
         elif len(quaternion) != 4 or not 0.0 < math.hypot(*quaternion) < math.inf:
-            errors.append(f"quaternion: must be 4 finite numbers, not all zero, got {quaternion!r}")
+            errors.add(f"quaternion: must be 4 finite numbers, not all zero, got {quaternion!r}")
         else:
             matrix = rotation_from_quaternion(quaternion)
     if matrix.shape != (3, 3) or not np.abs(matrix.T @ matrix - np.eye(3)).max() <= ORTHOGONAL:
-        errors.append("rotation: must be an orthogonal 3 x 3 matrix")
+        errors.add("rotation: must be an orthogonal 3 x 3 matrix")
     elif np.linalg.det(matrix) < 0.0:
-        errors.append("rotation: is a reflection, its determinant is -1")
-    if errors:
-        raise InputError(*errors)
+        errors.add("rotation: is a reflection, its determinant is -1")
+    errors.require_none()
     return Pose(place, matrix)
 
 
@@ -199,13 +225,15 @@ def _answer(
     pose, settling = given, None
     if question.settle:
         settled = settle_pose(model, given, taut)
-        pose = settled.pose
-        settling = Settling(settled.is_static, settled.distance, settled.angle)
+        assert question.settle_within is not None
+        near = settled.is_static and settled.travel <= question.settle_within
+        settling = Settling(near, settled.is_static, settled.distance, settled.angle, settled.travel)
+        pose = settled.pose if near else given
     distances = model.distances(pose)
     tensions, residual, is_static = _tensions(model, pose, taut, question.wrench_tolerance)
     lengths, short = _lengths(robot, distances, tensions, taut, question.slack_margin)
     needs_tensions = any(law_of(robot.cables[i]).stretches for i in taut)
-    if short or (needs_tensions and not is_static):
+    if short or (needs_tensions and not is_static) or (settling is not None and not settling.succeeded):
         lengths = None
     moment = np.zeros(3) if model.rows == 3 else model.radius * residual[3:]
     tool = this_tool()
@@ -228,7 +256,7 @@ def _answer(
         residual_moment=_triple(moment),
         settling=settling,
         outside_tension_limits=_outside_limits(robot, tensions, taut),
-        message=_message(model, residual, is_static, settling, short, idle=_idle(model, tensions, taut)),
+        message=_message(model, question, residual, is_static, settling, short, _idle(model, tensions, taut)),
     )
 
 
@@ -288,6 +316,7 @@ def _idle(model: StaticModel, tensions: Floats, taut: tuple[int, ...]) -> tuple[
 
 def _message(
     model: StaticModel,
+    question: IkQuestion,
     residual: Floats,
     is_static: bool,
     settling: Settling | None,
@@ -304,7 +333,10 @@ def _message(
     if settling is not None and settling.succeeded:
         text += f"; moved by {settling.distance:.3g} m and {math.degrees(settling.angle):.3g} deg"
     elif settling is not None:
-        text += "; no static pose of these cables was found near it"
+        text += f"; no static pose of these cables was found within {question.settle_within:.3g} m"
+        if settling.found:
+            turned = f"{settling.distance:.3g} m and {math.degrees(settling.angle):.3g} deg"
+            text += f": the nearest found is {settling.travel:.3g} m away, moved by {turned}"
     if is_static and idle:
         text += f"; without tension: {', '.join(idle)}"
     if short:

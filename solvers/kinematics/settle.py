@@ -29,6 +29,8 @@ MOST_SLIDES = 60
 """Steps of the second phase, which converges linearly."""
 MOST_RETURNS = 12
 """Steps back to the static poses after a slide; a slide that needs more was too long."""
+NEAR = 0.1
+"""Of the mean distance to the exit points: what a point mass has in place of a size."""
 LONGEST_STEP = 0.2
 """Longest step as a share of the mean cable length: longer ones leave the range of the linearisation."""
 
@@ -43,6 +45,8 @@ class Settled:
     """Translation of the centre of mass, m."""
     angle: float
     """Rotation, rad."""
+    travel: float
+    """Way of the point of the platform that moves most, m."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,7 +82,16 @@ def settle(model: StaticModel, start: Pose, taut: tuple[int, ...]) -> Settled:
         pose = _slide_back(model, start, pose, taut)
     step = model.displacement(start, pose)
     angle = 0.0 if model.rows == 3 else float(np.linalg.norm(step[3:])) / model.radius
-    return Settled(pose, is_static, float(np.linalg.norm(step[:3])), angle)
+    return Settled(pose, is_static, float(np.linalg.norm(step[:3])), angle, model.travel(start, pose))
+
+
+def nearby(model: StaticModel, pose: Pose) -> float:
+    """Return how far from a pose a static one still counts as near it, m.
+
+    A platform's size (largest distance of an anchor from the centre of mass: a turn on the spot by 60
+    deg); for a point mass `NEAR` of the mean distance to the exit points.
+    """
+    return model.radius if model.rows == 6 else NEAR * float(np.mean(model.distances(pose)))
 
 
 def _balance(model: StaticModel, pose: Pose, taut: tuple[int, ...]) -> _Balance:

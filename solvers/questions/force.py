@@ -9,6 +9,7 @@ from typing import Any
 from cdpr_interval.errors import InputError
 from cdpr_interval.exact.vector import Vector
 from solvers.questions.number import exact_number
+from solvers.questions.units import entries_of
 
 ZERO: Vector = (Fraction(0), Fraction(0), Fraction(0))
 NO_LOAD = "the weight and the external force cancel; without a load there are no statics"
@@ -18,7 +19,7 @@ def read_force(given: Sequence[Any], label: str = "external_force") -> Vector:
     """Return an exact force in N; `InputError` names every entry that is no number."""
     if not isinstance(given, Iterable):
         raise InputError(f"{label}: must hold 3 numbers, got {given!r}")
-    values = [part.strip() for part in given.split(",")] if isinstance(given, str) else list(given)
+    values = entries_of(given) if isinstance(given, str) else list(given)
     if len(values) != 3:
         raise InputError(f"{label}: must hold 3 numbers, got {len(values)}")
     errors, numbers = [], []

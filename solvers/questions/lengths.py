@@ -1,7 +1,8 @@
 """Cable lengths as a user writes them, turned into exact ranges in file order.
 
-A length is a number (``2.69``), a number with a tolerance (``2.69+-0.01``), a range (``2.68..2.70`` or
-``[2.68,2.70]``), each the exact decimal that is written; from Python also a float (that exact double),
+A length is a number (``2.69``), a number with a tolerance (``2.69+-0.01``, ``2.69+/-0.01``, ``2.69±0.01``), a
+range (``2.68..2.70`` or ``[2.68,2.70]``), each the exact decimal that is written, in m or with its unit
+(``2690mm``, ``269cm``; then both numbers have one); from Python also a float (that exact double),
 an int, a `Decimal` or `Fraction` (exact), or a pair (lo, hi) of these.
 """
 
@@ -15,8 +16,12 @@ from typing import Any
 from cdpr_interval.errors import InputError
 from cdpr_interval.exact.range import LengthRange
 from cdpr_interval.files.document import suggestion
-from cdpr_interval.files.literal import quote, read_number
+from cdpr_interval.files.literal import quote
 from solvers.questions.number import exact_number
+from solvers.questions.units import read_metres, split_unit
+
+TOLERANCES = ("+/-", "+-", "±")
+"""Marks between a length and its tolerance."""
 
 _NAMED = re.compile(r"([A-Za-z_][A-Za-z0-9_.-]*)\s*=(.*)", re.DOTALL)
 _COMMA_OUTSIDE_BRACKETS = re.compile(r",(?![^\[\]]*\])")
@@ -141,19 +146,28 @@ def _read_text(text: str) -> LengthRange:
         ends = text[1:-1].split(",")
         if len(ends) != 2:
             raise ValueError(f"{quote(text)} is not a range [lo,hi]")
-        return read_number(ends[0].strip()), read_number(ends[1].strip())
-    for mark in ("+-", "±"):
+        return _both(text, *ends)
+    for mark in TOLERANCES:
         if mark in text:
             centre, _, tolerance = text.partition(mark)
-            middle, radius = read_number(centre.strip()), read_number(tolerance.strip())
+            middle, radius = _both(text, centre, tolerance)
             if radius < 0:
                 raise ValueError(f"the tolerance of {quote(text)} is negative")
             return middle - radius, middle + radius
     if ".." in text:
         lower, _, upper = text.partition("..")
-        return read_number(lower.strip()), read_number(upper.strip())
-    value = read_number(text)
+        return _both(text, lower, upper)
+    value = read_metres(text)
     return value, value
+
+
+def _both(text: str, one: str, other: str) -> LengthRange:
+    """Return two lengths of one text: a unit that only one of them has could be meant for both."""
+    one, other = one.strip(), other.strip()
+    values = read_metres(one), read_metres(other)
+    if (split_unit(one)[1] is None) != (split_unit(other)[1] is None):
+        raise ValueError(f"in {quote(text)} one number has a unit: give both one, or none")
+    return values
 
 
 def _pair(value: Any) -> Sequence[Any] | None:

@@ -3,22 +3,32 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from fractions import Fraction
+from collections.abc import Callable, Iterable, Sequence
+from typing import Any, TypeVar
 
 import numpy as np
 
 from cdpr_interval.errors import InputError
-from cdpr_interval.files.literal import quote, read_number
+from cdpr_interval.files.literal import read_number
 from cdpr_interval.mechanics.orientation import rotation_from_quaternion, rotation_from_rpy
 from cdpr_interval.mechanics.statics import Pose
+from solvers.questions.number import exact_number
+from solvers.questions.units import entries_of, read_metres, read_radians
+
+Value = TypeVar("Value")
 
 
-def read_pose(pose: str, quaternion: str | None = None) -> Pose:
+def read_pose(pose: str, quaternion: str | None = None, label: str = "--pose") -> Pose:
     """Return the pose of ``--pose x,y,z[,roll,pitch,yaw]`` and ``--quaternion w,x,y,z``.
 
-    Angles are in rad, or in degrees where an entry ends in ``deg``. A quaternion need not have
-    norm one.
+    Entries are parted by commas or spaces. A position is in m unless it says ``mm`` or ``cm``; an angle that
+    is not zero says ``deg``, ``°`` or ``rad``. A quaternion need not have norm one.
+
+    Parameters
+    ----------
+    pose, quaternion : str
+    label : str
+        What messages call the pose.
 
     Raises
     ------
@@ -26,19 +36,19 @@ def read_pose(pose: str, quaternion: str | None = None) -> Pose:
         One message per entry that is wrong.
     """
     errors: list[str] = []
-    entries = pose.split(",")
+    entries = entries_of(pose)
     if len(entries) not in (3, 6):
-        errors.append(f"--pose: must hold x,y,z or x,y,z,roll,pitch,yaw, got {len(entries)} entries")
-    position = _floats("--pose", entries[:3], errors)
-    angles = _floats("--pose", entries[3:], errors, start=3)
+        errors.append(f"{label}: must hold x,y,z or x,y,z,roll,pitch,yaw, got {len(entries)} entries")
+    position = _read(label, entries[:3], lambda text: float(read_metres(text)), errors)
+    angles = _read(label, entries[3:], read_radians, errors, start=3)
     rotation = np.eye(3)
     if quaternion is not None:
         if len(entries) > 3:
-            errors.append("--quaternion: not together with roll, pitch and yaw in --pose")
-        components = quaternion.split(",")
+            errors.append(f"--quaternion: not together with roll, pitch and yaw in {label}")
+        components = entries_of(quaternion)
         if len(components) != 4:
             errors.append(f"--quaternion: must hold w,x,y,z, got {len(components)} entries")
-        values = _floats("--quaternion", components, errors, angles_allowed=False)
+        values = _read("--quaternion", components, lambda text: float(read_number(text)), errors)
         if not errors and not any(values):
             errors.append("--quaternion: must not be zero")
         if not errors:
@@ -50,25 +60,39 @@ def read_pose(pose: str, quaternion: str | None = None) -> Pose:
     return Pose(np.array(position), rotation)
 
 
-def _floats(
-    label: str, entries: Sequence[str], errors: list[str], start: int = 0, angles_allowed: bool = True
-) -> list[float]:
-    """Return the numbers, noting in ``errors`` the entries that are none; ``deg`` from entry 3 on."""
+def read_rpy(given: Iterable[Any], label: str = "rpy") -> tuple[float, float, float]:
+    """Return (roll, pitch, yaw) in rad of numbers in rad, or of texts with a unit (``"5deg"``)."""
+    try:
+        values = list(given)
+    except TypeError:
+        raise InputError(f"{label}: must hold roll, pitch and yaw, got {given!r}") from None
+    if isinstance(given, str) or len(values) != 3:
+        raise InputError(f"{label}: must hold roll, pitch and yaw, got {given!r}")
+    errors: list[str] = []
+    angles = _read(label, values, _angle, errors)
+    if errors:
+        raise InputError(*errors)
+    roll, pitch, yaw = angles
+    return roll, pitch, yaw
+
+
+def shown_angles(angles: Sequence[float]) -> str:
+    """Return angles in rad as degrees for a person to read."""
+    return ", ".join(f"{math.degrees(angle):z.4f}deg" for angle in angles)
+
+
+def _angle(value: Any) -> float:
+    return read_radians(value.strip()) if isinstance(value, str) else float(exact_number(value))
+
+
+def _read(
+    label: str, entries: Sequence[Any], reader: Callable[[Any], Value], errors: list[str], start: int = 0
+) -> list[Value]:
+    """Return what the reader makes of each entry, noting in ``errors`` the entries that it refuses."""
     values = []
     for index, entry in enumerate(entries, start):
-        text = entry.strip()
         try:
-            if text.endswith("deg"):
-                if index < 3 or not angles_allowed:
-                    raise ValueError(f"{quote(text)} is not a number (only angles are in deg)")
-                values.append(math.radians(_float(text.removesuffix("deg").strip())))
-            else:
-                values.append(_float(text))
+            values.append(reader(entry))
         except ValueError as error:
             errors.append(f"{label}[{index}]: {error}")
     return values
-
-
-def _float(text: str) -> float:
-    value: Fraction = read_number(text)
-    return float(value)

@@ -72,7 +72,7 @@ class Options:
     ignore_tension_sign: bool = False
     method: Method = Method.AUTO
     precision: float = 1e-9
-    """Target width of position (m) and rotation entries of a reported solution, exact input."""
+    """Target width of the position in m and the rotation entries of a solution, exact input."""
     time_limit: float | None = None
     """Seconds of wall time."""
     cell_limit: int | None = None

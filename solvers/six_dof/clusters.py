@@ -1,4 +1,7 @@
-"""Undecided cells as connected clusters, each with its hull in the robot's frames."""
+"""Undecided cells as connected clusters, each with its hull in the robot's frames.
+
+Cells at whose poses no taut cable pulls against the load are not among them: they hold no static pose.
+"""
 
 from __future__ import annotations
 
@@ -6,10 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cdpr_interval.exact import balls
+from cdpr_interval.mechanics.six_dof.arrays import Model
 from cdpr_interval.mechanics.six_dof.frame import Pose, centred_cayley, half_turn
 from solvers.answers.data import Undecided
 from solvers.questions.problem import Problem
 from solvers.six_dof.cells.kinds import POSE_CELLS, ROTATION_CELLS, CellKind
+from solvers.six_dof.lift import may_lift
 from solvers.six_dof.reduction import Reduced
 from solvers.six_dof.solution import origin
 from solvers.six_dof.subset_search import SubsetSearch
@@ -29,18 +34,32 @@ def clusters(
 
     In a family a cluster stands for all poses that turning makes of it: one entry covers everything.
     """
-    if family:
-        count = len(search.undecided) + len(search.undecided_position)
-        return [anywhere(problem, taut, search.reason, count)] if count else []
-    found = []
+    count, found = 0, []
     for cells, kind in ((search.undecided, ROTATION_CELLS), (search.undecided_position, POSE_CELLS)):
-        for group in connected(cells, kind.columns.chart):
-            found.append(entry(problem, taut, reduced, group, kind, search.reason))
-    return found
+        if len(cells) == 0:
+            continue
+        poses = enclosed(reduced.model, cells, kind)
+        kept = may_lift(reduced.model, cells[:, kind.columns.chart], poses)
+        cells, poses = cells[kept], poses[kept]
+        count += len(cells)
+        for group in [] if family else connected(cells, kind.columns.chart):
+            chart = int(cells[group[0], kind.columns.chart])
+            found.append(entry(problem, taut, reduced, cells[group], poses[group], chart, search.reason))
+    return [anywhere(problem, taut, search.reason, count)] if family and count else found
 
 
-def connected(cells: Floats, chart: int) -> list[Floats]:
-    """Split cells into groups of one chart whose boxes (of very many: coarse boxes) nearly touch."""
+def enclosed(model: Model, cells: Floats, kind: CellKind) -> Floats:
+    """Return bounds (C, 6, 2) of the poses (u, p) in each cell, model frame; NaN where p is not bounded."""
+    poses = np.full((len(cells), 6, 2), np.nan)
+    lo, hi = np.empty(6), np.empty(6)
+    for cell, pose in zip(cells, poses, strict=True):
+        if kind.enclose(model, cell, lo, hi):
+            pose[:, 0], pose[:, 1] = lo, hi
+    return poses
+
+
+def connected(cells: Floats, chart: int) -> list[NDArray[np.int64]]:
+    """Return groups of rows: cells of one chart whose boxes (of very many: coarse boxes) nearly touch."""
     if len(cells) == 0:
         return []
     bucket = coarse_buckets(cells, chart)
@@ -62,7 +81,7 @@ def connected(cells: Floats, chart: int) -> list[Floats]:
             fresh = np.flatnonzero(np.all((lo <= hi[i] + near) & (lo[i] <= hi + near), axis=1) & (label < 0))
             label[fresh] = k
             todo.extend(fresh.tolist())
-    return [cells[label[bucket] == k] for k in np.unique(label)]
+    return [np.flatnonzero(label[bucket] == k) for k in np.unique(label)]
 
 
 def coarse_buckets(cells: Floats, chart: int) -> NDArray[np.int64]:
@@ -80,36 +99,30 @@ def coarse_buckets(cells: Floats, chart: int) -> NDArray[np.int64]:
 
 
 def entry(
-    problem: Problem, taut: tuple[int, ...], reduced: Reduced, cells: Floats, kind: CellKind, reason: str
+    problem: Problem,
+    taut: tuple[int, ...],
+    reduced: Reduced,
+    cells: Floats,
+    poses: Floats,
+    chart: int,
+    reason: str,
 ) -> Undecided:
-    """Return the undecided entry of one cluster: hulls over its cells."""
+    """Return the undecided entry of one cluster: hulls over its cells and their ``poses``, see `enclosed`."""
     lo, hi = cells[:, 0:6:2].min(axis=0), cells[:, 1:6:2].max(axis=0)
     u = [balls.from_bounds(a, b) for a, b in zip(lo, hi, strict=True)]
     frame = reduced.frame
     back = frame.base.transpose()
-    rotation = back * centred_cayley(u) * half_turn(int(cells[0, kind.columns.chart])) * frame.platform
-    place = position_hull(reduced, cells, kind)
-    if place is None:
+    rotation = back * centred_cayley(u) * half_turn(chart) * frame.platform
+    lowest, highest = poses[:, 3:, 0].min(axis=0), poses[:, 3:, 1].max(axis=0)
+    if np.isnan(lowest).any():
+        # Some cell does not bound the position.
         box = reachable_box(problem, taut)
     else:
-        p = balls.vector([balls.from_bounds(a, b) for a, b in place])
+        p = balls.vector([balls.from_bounds(a, b) for a, b in zip(lowest, highest, strict=True)])
         centre = back * p + balls.fractions(frame.origin)
         box = balls.bounds_array(origin(problem.robot, Pose(rotation, centre, ())))
     bounds = np.clip(balls.bounds_array(rotation), -1.0, 1.0).reshape(3, 3, 2)
     return Undecided(taut, len(cells), reason, box, bounds)
-
-
-def position_hull(reduced: Reduced, cells: Floats, kind: CellKind) -> Floats | None:
-    """Return bounds (3, 2) of p over a cluster, model frame; None where a cell does not bound it."""
-    model = reduced.model
-    lo, hi = np.empty(6), np.empty(6)
-    best = np.array([[np.inf, -np.inf]] * 3)
-    for cell in cells:
-        if not kind.enclose(model, cell, lo, hi):
-            return None
-        best[:, 0] = np.minimum(best[:, 0], lo[3:6])
-        best[:, 1] = np.maximum(best[:, 1], hi[3:6])
-    return best
 
 
 def anywhere(problem: Problem, taut: tuple[int, ...], reason: str, cells: int = 1) -> Undecided:

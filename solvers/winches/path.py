@@ -40,6 +40,9 @@ MOST_HALVINGS = 10
 HalfWidths = Callable[[Sequence[float]], Sequence[float]]
 
 
+OPEN = "a cable may be taut or slack"
+
+
 class PathRefused(CdprError):
     """The path is not proved to be safe; nothing was moved."""
 
@@ -54,6 +57,9 @@ class Path:
     """(K, N) m, unstretched."""
     taut: tuple[int, ...]
     """Cables proved taut all along."""
+    tight: tuple[int, ...]
+    """Cables never proved slack: those of ``taut``, and those that share the load in ways that depend on
+    what is not known of the lengths."""
     tensions: Floats
     """(N, 2) N: proved bounds over the whole path."""
     uncertainty: Floats
@@ -66,6 +72,8 @@ class Path:
     """(N,) m/s^2: largest."""
     pieces: int
     """Proofs."""
+    goal: Pose
+    """Where it ends: the pose asked for, settled if that was asked for."""
 
     @property
     def points(self) -> list[tuple[float, list[float]]]:
@@ -127,11 +135,22 @@ def plan(
     widths = (
         _widths(rows, held, ranges, half_widths) if class_of(robot).solves_ranges else np.zeros_like(rows)
     )
-    tensions, pieces = _proved(robot, here, rows, widths)
+    prover = _Prover(robot, here)
+    pieces = _proved(prover, rows, widths)
     ends = np.array([[float(x) for x in one.length] for one in limits])
     margins = np.minimum(lengths - ends[:, 0], ends[:, 1] - lengths).min(axis=0)
     return Path(
-        times, lengths, here.taut, tensions, widths.max(axis=0), margins, speeds, accelerations, pieces
+        times=times,
+        lengths=lengths,
+        taut=prover.taut,
+        tight=here.tight,
+        tensions=prover.tensions,
+        uncertainty=widths.max(axis=0),
+        margins=margins,
+        speeds=speeds,
+        accelerations=accelerations,
+        pieces=pieces,
+        goal=way.goal,
     )
 
 
@@ -161,13 +180,19 @@ def _widths(rows: Floats, held: Floats, ranges: Ranges, half_widths: HalfWidths 
 
 
 def _here(robot: Robot, ranges: Ranges) -> MeasuredPose:
-    """Return the pose from which the path starts."""
+    """Return the pose from which the path starts.
+
+    Where ranges of lengths are solved as a whole, the pose is proved for all of them, whichever of the tight
+    cables are taut: no more is asked. A platform is followed from one set of taut cables: it must be known.
+    """
     known = whereabouts(robot, ranges)
     if len(known.poses) != 1:
         raise PathRefused(f"the start is not known: {known.message}")
     (here,) = known.poses
-    if not here.is_decided:
-        raise PathRefused("the start is not proved: a cable may be taut or slack")
+    if not here.solution.is_proved:
+        raise PathRefused("the start is not proved to be the only pose")
+    if not (class_of(robot).solves_ranges or here.is_decided):
+        raise PathRefused(f"the start is not proved: {OPEN}")
     return here
 
 
@@ -181,7 +206,7 @@ class _Way:
             robot,
             goal.position,
             goal.rotation,
-            taut=list(here.taut),
+            taut=list(here.tight),
             settle=settle and class_of(robot).turns,
         )
         if end.lengths is None or not end.is_static:
@@ -189,8 +214,9 @@ class _Way:
         if end.settling is not None and not end.settling.succeeded:
             raise PathRefused(f"the goal could not be settled: {end.message}")
         self._end = np.array(end.position)
+        self.goal = Pose(self._end, np.array(end.rotation))
         self._last = np.array(end.lengths)
-        self._taut = list(here.taut)
+        self._taut = list(here.tight)
         # What the winches hold differs from what inverse kinematics would choose; the difference fades out.
         self._offset = held - self._by_pose(0.0) if not class_of(robot).turns else None
 
@@ -246,15 +272,14 @@ def _require_rates(
             raise PathRefused(f"{name}: needs {got}, limits {fastest:g} and {strongest:g}: give it more time")
 
 
-def _proved(robot: Robot, here: MeasuredPose, rows: Floats, widths: Floats) -> tuple[Floats, int]:
-    """Prove a pose for all lengths along the path; return bounds of the tensions, and how many proofs."""
-    prover = _Prover(robot, here)
+def _proved(prover: _Prover, rows: Floats, widths: Floats) -> int:
+    """Prove a pose for all lengths along the path; return how many proofs that took."""
     prover.refutes(np.stack([rows[0], rows[0]], axis=-1))
     total = 0
     for first in range(0, len(rows) - 1, CYCLES_A_PIECE):
         piece = slice(first, first + CYCLES_A_PIECE + 1)
         total += _proved_piece(prover, rows[piece], widths[piece].max(axis=0), MOST_HALVINGS)
-    return prover.tensions, total
+    return total
 
 
 def _proved_piece(prover: _Prover, rows: Floats, width: Floats, halvings: int) -> int:
@@ -273,12 +298,18 @@ def _proved_piece(prover: _Prover, rows: Floats, width: Floats, halvings: int) -
 
 
 class _Prover:
-    """What must hold for ranges of lengths: a certified pose, the same cables taut, tensions in limits."""
+    """What must hold for ranges of lengths: a certified pose, tight cables tight, tensions in limits.
+
+    What is proved of a cable at the start stays so: taut or slack. Only where tight cables share the load in
+    ways that are not known at the start, a tight one may be taut here and open there, never slack.
+    """
 
     def __init__(self, robot: Robot, here: MeasuredPose) -> None:
         self._robot, self._here = robot, here
         self._follow = class_of(robot).follower(robot, here.solution)
+        self._shared = not here.is_decided
         self.tensions: Floats = here.tensions.copy()
+        self.taut = here.taut
 
     def refutes(self, ranges: Floats) -> str:
         """Return why ranges of lengths are refused; empty when they are proved."""
@@ -289,13 +320,19 @@ class _Prover:
         """Return why a proved pose is refused; empty when it is accepted."""
         for i, (now, start) in enumerate(zip(states, self._here.states, strict=True)):
             name = self._robot.cable_names[i]
-            if now is not start:
+            either = CableState.SLACK in (now, start)
+            if now is not start and (either or not self._shared):
                 return f"{name} is {start.value} at the start, {now.value} here"
             limits = self._robot.cables[i].tension_limits
             lo, hi = tensions[i]
-            if now is CableState.TAUT and limits is not None and not (limits[0] <= lo and hi <= limits[1]):
+            if (
+                now is not CableState.SLACK
+                and limits is not None
+                and not (limits[0] <= lo and hi <= limits[1])
+            ):
                 low, high = (float(limit) for limit in limits)
                 return f"{name} may carry {lo:.6g} to {hi:.6g} N, limits {low:g} to {high:g} N"
+        self.taut = tuple(i for i in self.taut if states[i] is CableState.TAUT)
         self.tensions[:, 0] = np.minimum(self.tensions[:, 0], tensions[:, 0])
         self.tensions[:, 1] = np.maximum(self.tensions[:, 1], tensions[:, 1])
         return ""

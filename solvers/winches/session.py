@@ -20,6 +20,7 @@ from cdpr_interval.exact.range import Range
 from cdpr_interval.mechanics.statics import Pose
 from cdpr_interval.robots.cable_robot import Robot
 from cdpr_interval.robots.winch import Winch
+from solvers.answers.inverse import IkResult
 from solvers.classes import class_of
 from solvers.kinematics.inverse import inverse_kinematics
 
@@ -51,12 +52,17 @@ def winches_of(robot: Robot) -> list[Winch]:
     return found
 
 
-def lengths_at(robot: Robot, pose: Pose, label: str = "--pose") -> list[Fraction]:
-    """Return the lengths in m with which the robot hangs at a pose; `InputError` when it cannot."""
+def hanging_at(robot: Robot, pose: Pose, label: str = "--pose") -> IkResult:
+    """Return where the robot hangs near a pose, with its lengths; `InputError` when it hangs nowhere near."""
     found = inverse_kinematics(robot, pose.position, pose.rotation, settle=class_of(robot).turns)
     if found.lengths is None:
         raise InputError(f"{label}: {found.message}")
-    return [Fraction(length) for length in found.lengths]
+    return found
+
+
+def lengths_at(robot: Robot, pose: Pose, label: str = "--pose") -> list[Fraction]:
+    """Return the lengths in m with which the robot hangs at a pose; `InputError` when it cannot."""
+    return [Fraction(length) for length in hanging_at(robot, pose, label).lengths or ()]
 
 
 @contextmanager
@@ -66,6 +72,7 @@ def winches(
     state: Path | None,
     start: Sequence[Fraction] | None = None,
     log: Path | None = None,
+    anywhere: bool = False,
 ) -> Iterator[WinchGroup]:
     """Connect the winches of a robot; leaving stops and disables them, and writes the state file.
 
@@ -80,6 +87,9 @@ def winches(
         m: lengths at which drives in memory start; the default is the state file's.
     log : Path, optional
         Audit log.
+    anywhere : bool
+        Drives in memory may be where nothing says they are: they start in the middle of their limits, and
+        their lengths count as unknown.
 
     Raises
     ------
@@ -89,7 +99,7 @@ def winches(
     fitted = winches_of(robot)
     known = [None] * len(fitted) if state is None or not state.exists() else read_state(state, robot)
     if address is None:
-        bus = _dry(fitted, known, start)
+        bus = _dry(fitted, known, start, anywhere)
     else:
         bus = CanOpenBus.of(robot, address.interface, address.channel)
     group = WinchGroup(robot, bus, log)
@@ -106,13 +116,17 @@ def winches(
 
 
 def _dry(
-    fitted: Sequence[Winch], known: Sequence[Known | None], start: Sequence[Fraction] | None
+    fitted: Sequence[Winch], known: Sequence[Known | None], start: Sequence[Fraction] | None, anywhere: bool
 ) -> DriveBus:
     """Return drives in memory, where the state file says the real ones are, or at given lengths."""
     if start is not None:
         return SimulatedBus([SimulatedDrive(w, length) for w, length in zip(fitted, start, strict=True)])
     drives = []
     for winch, one in zip(fitted, known, strict=True):
+        if one is None and anywhere:
+            least, most = winch.limits.length
+            drives.append(SimulatedDrive(winch, (least + most) / 2))
+            continue
         if one is None:
             raise InputError("--from: missing (where is the platform? or --state FILE of earlier commands)")
         drives.append(SimulatedDrive(winch, one.reference.nominal(one.reading), first_reading=one.reading))

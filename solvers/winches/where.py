@@ -58,9 +58,14 @@ class MeasuredPose:
         return x, y, z
 
     @property
+    def tight(self) -> tuple[int, ...]:
+        """Cables that are not proved slack: taut, or taut for some choices of the lengths."""
+        return tuple(i for i, state in enumerate(self.states) if state is not CableState.SLACK)
+
+    @property
     def is_decided(self) -> bool:
         """True when every cable is proved taut or slack."""
-        return all(state in (CableState.TAUT, CableState.SLACK) for state in self.states)
+        return self.tight == self.taut
 
     def to_json(self, names: Sequence[str]) -> dict[str, Any]:
         """Return plain data; the keys are those of ``cdpr-result/1``."""
@@ -84,6 +89,8 @@ class Whereabouts:
     """One sentence; says what could not be proved."""
     is_complete: bool
     """True when every stable pose is enclosed."""
+    lost: tuple[Solution, ...] = ()
+    """Stable poses for the middles of the ranges, proved for those lengths, not enclosed for the others."""
 
 
 def whereabouts(robot: Robot, ranges: Ranges, threads: int = 1) -> Whereabouts:
@@ -106,12 +113,12 @@ def whereabouts(robot: Robot, ranges: Ranges, threads: int = 1) -> Whereabouts:
     stable = [one for one in result.solutions if one.stability is Stability.STABLE]
     found = [enclosed(robot, one, ranges) for one in stable]
     poses = tuple(pose for pose in found if pose is not None)
-    lost = len(found) - len(poses)
+    lost = tuple(one for one, pose in zip(stable, found, strict=True) if pose is None)
     count = f"{len(poses)} stable pose" + ("s" if len(poses) != 1 else "")
     message = f"{count} enclosed for all lengths in their ranges"
     if lost:
-        message += f"; {lost} at their middles could not be followed over the ranges"
-    return Whereabouts(poses, message, bool(poses) and not lost and not result.undecided)
+        message += f"; {len(lost)} at their middles could not be followed over the ranges"
+    return Whereabouts(poses, message, bool(poses) and not lost and not result.undecided, lost)
 
 
 def measured(solution: Solution, bounds: Any) -> MeasuredPose:

@@ -48,7 +48,7 @@ def process(*arguments, **options):
 
 def test_a_batch_from_file_to_tables(run, tmp_path):
     jobs, out = write(tmp_path, MONTE_CARLO.format(samples=50)), tmp_path / "out"
-    done = run(jobs, "--out", out, "--workers", 2)
+    done = run(jobs, "--out", out, "--threads", 2)
     assert done.exit_code == 0, done.stderr
     assert done.stdout.startswith("50 jobs: 50 done; 0 with something undecided\n")
     with (out / "solutions.csv").open() as stream:
@@ -78,11 +78,11 @@ def test_a_batch_from_file_to_tables(run, tmp_path):
 
 def test_dry_run_writes_nothing(run, tmp_path):
     jobs = write(tmp_path, MONTE_CARLO.format(samples=1000))
-    done = run(jobs, "--dry-run", "--workers", 4)
+    done = run(jobs, "--dry-run", "--threads", 4)
     assert done.exit_code == 0
     first, last = done.stdout.splitlines()
     assert first == "problems[0]  merlet-4-1-k100  1000 jobs"
-    assert last.startswith("1000 jobs, ") and last.endswith("with 4 workers")
+    assert last.startswith("1000 jobs, ") and last.endswith("with --threads 4")
     assert list(tmp_path.iterdir()) == [jobs]
 
 
@@ -110,7 +110,7 @@ def test_poses_csv_and_several_robots(run, tmp_path):
         "  - {type: poses, robots: [a], position_m: {x: {from: 1, to: 3, count: 3}, y: 0, z: 1}}\n",
     )
     out = tmp_path / "out"
-    done = run(jobs, "--out", out, "--workers", 1, "--json")
+    done = run(jobs, "--out", out, "--threads", 1, "--json")
     assert done.exit_code == 0, done.stderr
     document = json.loads(done.stdout)
     assert [(group["problem"], group["robot"]) for group in document["groups"]] == [
@@ -176,7 +176,7 @@ options: {certificates: true}
 def test_certificates_of_a_batch_are_checked_as_what_they_are(run, tmp_path):
     out = tmp_path / "out"
     assert run(write(tmp_path, CERTIFIED), "--out", out, "-q").exit_code == 0
-    done = run("check", out, "--jobs", 2)
+    done = run("check", out, "--threads", 2)
     assert (done.exit_code, done.stdout) == (0, "4 certificates: 4 PROVED\n"), done.stderr
     page = tmp_path / "page.html"
     report(out, "--out", page)
@@ -190,7 +190,7 @@ def test_certificates_of_a_batch_are_checked_as_what_they_are(run, tmp_path):
         moved = """replace(answer, '"position_m":[[', '"position_m":[[-')"""
         ledger.execute(f"UPDATE answers SET answer = {moved} WHERE number = 3")
         ledger.execute("UPDATE certificates SET file = substr(file, 1, 500) WHERE number = 4")
-    done = run("check", out, "--jobs", 1)
+    done = run("check", out, "--threads", 1)
     assert done.exit_code == 5
     assert done.stdout.splitlines() == [
         "4 certificates: 1 MALFORMED, 2 NOT PROVED, 1 PROVED",
@@ -222,7 +222,7 @@ def test_killed_ten_times_ends_the_same(tmp_path):
     generator = random.Random(SEED)
     jobs = write(tmp_path, MONTE_CARLO.format(samples=6000))
     whole, parts = tmp_path / "whole", tmp_path / "parts"
-    done = process(jobs, "--out", whole, "-q", "--workers", 2)
+    done = process(jobs, "--out", whole, "-q", "--threads", 2)
     done.communicate(timeout=300)
     assert done.returncode == 0
     seen: dict[int, tuple[float, str]] = {}
@@ -230,7 +230,7 @@ def test_killed_ten_times_ends_the_same(tmp_path):
     for _ in range(100):
         if kills == KILLS:
             break
-        victim = process(jobs, "--out", parts, "-q", "--workers", 2, start_new_session=True)
+        victim = process(jobs, "--out", parts, "-q", "--threads", 2, start_new_session=True)
         wait_for_records(parts, len(seen), generator.random(), victim)
         if victim.poll() is None:
             # Half of the time the workers are killed too.
@@ -274,7 +274,7 @@ def wait_for_records(folder, before, share, victim):
 @pytest.mark.slow
 def test_interrupt_says_how_to_go_on(tmp_path):
     jobs, out = write(tmp_path, MONTE_CARLO.format(samples=100_000)), tmp_path / "out"
-    running = process(jobs, "--out", out, "-q", "--workers", 2)
+    running = process(jobs, "--out", out, "-q", "--threads", 2)
     wait_for_records(out, 0, 1.0, running)
     running.send_signal(signal.SIGINT)
     _, errors = running.communicate(timeout=60)
@@ -292,7 +292,7 @@ def test_a_full_disk_keeps_the_ledger(run, tmp_path):
         signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
         resource.setrlimit(resource.RLIMIT_FSIZE, (2_000_000, 2_000_000))
 
-    starved = process(jobs, "--out", out, "-q", "--workers", 1, preexec_fn=little_room)
+    starved = process(jobs, "--out", out, "-q", "--threads", 1, preexec_fn=little_room)
     _, errors = starved.communicate(timeout=120)
     assert starved.returncode == 3 and len(errors.splitlines()) == 1, errors
     assert "make room, then cdpr-solve batch resume" in errors

@@ -119,7 +119,10 @@ external_force_N: [0, 0, 1]
 """
 
 
-@pytest.mark.parametrize("args", [["--external-force=-1,0.1,.5"], ["--external-force", "-1, 0.1, .5"]])
+@pytest.mark.parametrize(
+    "args",
+    [["--external-force=-1,0.1,.5"], ["--external-force", "-1, 0.1, .5"], ["--external-force", "-1 0.1 .5"]],
+)
 def test_the_external_force_reaches_the_solver(asked, hanging, args):
     assert run(hanging, "--lengths", "2,5", *args).exit_code == 0
     ((problem, _),) = asked

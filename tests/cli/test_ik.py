@@ -35,25 +35,49 @@ def test_json_alone_and_in_a_file(tmp_path):
     assert quiet.stdout == "" and (tmp_path / "r.json").read_text() == alone.stdout
 
 
-def test_static_is_exit_4_off_balance(tmp_path):
+def test_static_is_exit_6_off_balance(tmp_path):
     target = tmp_path / "r.json"
     assert run("uc3", "--pose", "5,3,-6").exit_code == 0
     result = run("uc3", "--pose", "5,3,-6", "--static", "--json", target)
-    assert result.exit_code == 4 and "not static" in result.stdout and target.is_file()
+    assert result.exit_code == 6 and "not static" in result.stdout and target.is_file()
+    assert result.stderr.startswith("none found, nothing proved: the pose is not static")
     settled = run("uc3", "--pose", "5,3,-6", "--static", "--settle")
     assert settled.exit_code == 0 and "moved by" in settled.stdout
 
 
 def test_elastic_cables_need_a_static_pose():
     result = run("merlet_4_1_k100", "--pose", "1,1.5,2", "--json", "-")
-    assert result.exit_code == 4 and json.loads(result.stdout)["lengths_m"] is None
-    assert result.stderr.startswith("the pose is not static")
+    assert result.exit_code == 6 and json.loads(result.stdout)["lengths_m"] is None
+    assert result.stderr.startswith("none found, nothing proved: the pose is not static")
     assert run("merlet_4_1_k100", "--pose", "1,1.5,-2").exit_code == 0
 
 
-def test_settling_that_fails_is_exit_3():
+def test_settling_that_fails_is_exit_6():
     result = run("merlet_4_1", "--pose", "2,2,30", "--settle")
-    assert result.exit_code == 3 and "no static pose of these cables was found near it" in result.stdout
+    assert result.exit_code == 6 and "no static pose of these cables was found within 3.01 m" in result.stdout
+    assert "--lengths" not in result.stdout
+
+
+def test_a_large_turn_is_refused_and_warned_of():
+    question = ["cogiro", "--pose", "0,0,2", "--taut", "c1,c3,c5,c7", "--settle"]
+    refused = run(*question)
+    assert refused.exit_code == 6 and "--lengths" not in refused.stdout
+    assert "the nearest found is 1.2 m away, moved by 0.163 m and 95.6 deg" in refused.stderr
+    further = run(*question, "--settle-within", "1500mm")
+    assert further.exit_code == 0 and "moved by 0.163 m and 95.6 deg" in further.stdout
+    assert further.stderr == "warning: --settle turned the platform by 95.6 deg\n"
+
+
+def test_what_was_understood_is_printed_back_and_the_settled_pose_can_be_pasted():
+    settled = run("uc3", "--pose", "5 3 -6 1 deg 0 -0.1rad", "--settle")
+    _, asked, _, *_, pose, _ = settled.stdout.splitlines()
+    assert asked == (
+        "pose asked for (5.000000, 3.000000, -6.000000) m, roll pitch yaw (1.0000deg, 0.0000deg, -5.7296deg)"
+    )
+    option, value = pose.split(" ")
+    assert option == "--pose"
+    again = run("uc3", option, value, "--static")
+    assert again.exit_code == 0 and again.stderr == ""
 
 
 def test_slack_margin():
@@ -87,8 +111,20 @@ def test_slack_margin():
             ],
         ),
         (
-            ["merlet_4_1", "--pose", "1,1,-1,0,0,1"],
+            ["merlet_4_1", "--pose", "1,1,-1,0,0,1deg"],
             ["--pose: this robot is a point mass, which has no orientation"],
+        ),
+        (
+            ["uc3", "--pose", "5,3,-6,1,0.2,0"],
+            [
+                "--pose[3]: '1' has no unit: write 1deg or 1rad",
+                "--pose[4]: '0.2' has no unit: write 0.2deg or 0.2rad",
+            ],
+        ),
+        (["uc3", "--pose", "5,3,-6", "--settle-within", "1"], ["--settle-within: only with --settle"]),
+        (
+            ["uc3", "--pose", "5,3,-6", "--settle", "--settle-within", "x"],
+            ["--settle-within: 'x' is not a number"],
         ),
         (["merlet_4_1", "--pose", "0,0,0"], ["pose: the length of cable 'c1' is zero at this pose"]),
         (["merlet_4_1", "--pose", "1,1,-1", "--json", "/"], ["--json: '/' is not a file name"]),

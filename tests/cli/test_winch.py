@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import threading
 import time
 from fractions import Fraction as F
@@ -94,9 +95,81 @@ def test_a_path_that_is_not_proved_is_refused(run):
     assert done.stderr.startswith("the goal is no static pose")
 
 
+CAMERA = """format: cdpr-robot/1
+name: camera
+platform: {{mass_kg: 5}}
+cables:
+{cables}"""
+CORNER = """  - name: {name}
+    frame_anchor_m: [{x}, {y}, 6]
+    platform_anchor_m: [0, 0, 0]
+    tension_limits_N: [{least}, 100]
+    winch:
+      node: {node}
+      drum: {{type: helical, groove_radius_m: 0.05, cable_diameter_m: 0.002, pitch_m: 0.003}}
+      gear_ratio: "10:1"
+      counts_per_turn: 65536
+      sign: 1
+      limits: {{length_m: [0.2, 25], velocity_m_s: 0.5, acceleration_m_s2: 1, following_error_m: 0.01}}
+"""
+
+
+@pytest.fixture
+def camera(tmp_path):
+    """Write a camera on four ropes, one more than it needs."""
+
+    def write(least=0):
+        corners = zip(("NE", "NW", "SW", "SE"), (10, -10, -10, 10), (8, 8, -8, -8), range(1, 5), strict=True)
+        cables = "".join(CORNER.format(name=n, x=x, y=y, node=k, least=least) for n, x, y, k in corners)
+        path = tmp_path / f"camera{least}.yaml"
+        path.write_text(CAMERA.format(cables=cables))
+        return path
+
+    return write
+
+
+def test_a_camera_on_four_ropes_moves_whichever_of_them_are_taut(run, camera):
+    where = run("where", camera(), "--from", "2,1,1.5")
+    assert where.exit_code == 0 and "NE,SE taut, NW,SW taut or just slack, stable" in where.stdout
+    done = run("move", camera(), "--from", "2,1,1.5", "--pose", "2 1 1600mm")
+    assert done.exit_code == 0, done.stderr
+    goal, path, _, *rows = done.stdout.splitlines()
+    assert goal == "goal (2.000000, 1.000000, 1.600000) m"
+    assert "taut all along: NE,SE; taut or just slack, the position is proved either way: NW,SW" in path
+    # A pose whose load can be shared otherwise has cables that may carry nothing.
+    least = {row.split()[0]: float(row.split()[5]) for row in rows[:4]}
+    assert least["NE"] > 0 and least["SE"] > 0 and least["NW"] == least["SW"] == 0
+    (box,) = (row for row in rows if row.startswith("position"))
+    for (lo, hi), wanted in zip(re.findall(r"\[(\S+), (\S+)\]", box), (2, 1, 1.6), strict=True):
+        assert float(lo) < wanted < float(hi) < float(lo) + 0.01
+
+
+def test_a_rope_that_may_be_slack_keeps_to_its_tension_limits(run, camera):
+    done = run("move", camera(least=1), "--from", "2,1,1.5", "--pose", "2,1,1.6")
+    assert done.exit_code == 3 and done.stdout == ""
+    assert "NW may carry 0 to" in done.stderr and "limits 1 to 100 N" in done.stderr
+
+
+def test_jog_needs_no_reference(run):
+    done = run("jog", "four_winches", "--cable", "c1", "--by", "-5mm")
+    assert done.exit_code == 0 and "nothing was moved" in done.stderr
+    first, c1, c2, *_ = done.stdout.splitlines()
+    assert first == "winches holding" and c1.endswith("unreferenced  length unknown")
+    assert int(c1.split(" counts")[0].split()[-1]) < -1000 and " 0 counts" in c2
+    assert run("move", "four_winches", "--pose", "2,1.5,1").exit_code == 2
+
+
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
+        (
+            ["move", "four_winches", "--from", "2,1.5,1,5,0,0", "--pose", "1,1,1"],
+            "--from[3]: '5' has no unit: write 5deg or 5rad",
+        ),
+        (
+            ["move", "four_winches", "--from", "2,1.5,1", "--pose", "1,1,1,0,0,0.1"],
+            "--pose[5]: '0.1' has no unit: write 0.1deg or 0.1rad",
+        ),
         (["move", "four_winches", "--pose", "1,1,1"], "--from: missing"),
         (["move", "four_winches", "--pose", "1,1,1", "--live"], "--live: needs --bus"),
         (["move", "four_winches", "--pose", "1,1,1", "--bus", "virtual:x"], "--bus: only with --live"),
@@ -155,6 +228,7 @@ def test_home_move_where_on_a_bus(run, robot_file, drives, tmp_path):
     assert done.exit_code == 3 and "c1 is unreferenced" in done.stderr
     done = run("home", robot_file, *bus, "--pose", "2,1.5,1")
     assert done.exit_code == 0, done.stderr
+    assert done.stdout.startswith("home (2.000000, 1.500000, 1.000000) m: the pose is static\n")
     live = ["--live", "--arm", "four-winches"]
     done = run("move", robot_file, *bus, *live, "--pose", "1.8,1.55,1.15", "--time", 6, "--log", log)
     assert done.exit_code == 0, done.stderr

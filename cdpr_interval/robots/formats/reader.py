@@ -13,19 +13,11 @@ from cdpr_interval.files.document import Document, parse_document, read_bytes
 from cdpr_interval.files.literal import printable, quote
 from cdpr_interval.robots.cable_robot import Robot
 from cdpr_interval.robots.formats import robot_reader, schema
+from cdpr_interval.robots.shipped import ROBOTS, SUFFIXES, shipped_robots
 
 FORMATS: dict[str, Callable[[Document], Robot]] = {schema.ROBOT_FORMAT: robot_reader.robot}
 """Known formats by their word: what makes a robot of a document, reporting every error. A file without the
 word, or with none that is known, is taken for the first."""
-ROBOTS = "cdpr_interval.robots"
-"""The package whose ``library`` holds the robots that ship."""
-_SUFFIXES = (".yaml", ".yml", ".json")
-
-
-def shipped_robots() -> tuple[str, ...]:
-    """Return the names of the robots that ship with the package, in alphabetical order."""
-    files = resources.files(ROBOTS).joinpath("library").iterdir()
-    return tuple(sorted(file.name.removesuffix(".yaml") for file in files if file.name.endswith(".yaml")))
 
 
 def load_robot(source: str | os.PathLike[str]) -> Robot:
@@ -99,7 +91,7 @@ def parse_robot(data: bytes | str, file: str = "<text>") -> Robot:
 def _not_found(text: str, shipped: tuple[str, ...]) -> str:
     """Return the message for a source that is neither a file nor a shipped robot."""
     stem = Path(text).name
-    for suffix in _SUFFIXES:
+    for suffix in SUFFIXES:
         stem = stem.removesuffix(suffix)
     near = difflib.get_close_matches(stem.lower().replace("-", "_"), shipped, 3)
     hint = f"did you mean {' or '.join(map(quote, near))}?" if near else f"there are {', '.join(shipped)}"

@@ -152,7 +152,7 @@ def test_the_system_vanishes_at_the_planted_pose(n: int) -> None:
 
 
 @every_count
-@pytest.mark.parametrize("name", ["anchors", "points", "lengths_sq", "load"])
+@pytest.mark.parametrize("name", ["exits", "arms", "lengths_sq", "load"])
 def test_the_error_of_every_datum_is_counted(n: int, name: str) -> None:
     robot = shifted(planted(n)[0], name, 1e-3)
     box = np.array([enclose(x) for x in [*robot.u, *robot.p, *robot.t]])

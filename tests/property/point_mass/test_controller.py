@@ -234,7 +234,7 @@ def test_a_force_added_later_gives_the_same_arrays(kind: str, size: str) -> None
     load, weight = loaded(model, force).load, loaded(model).load
     changed, new = with_load(build_arrays(model, weight), load), build_arrays(model, load)
     assert changed.load_exact == new.load_exact
-    for name in ("elastic", "constant", "anchors", "given", "load", "frame"):
+    for name in ("elastic", "constant", "exit_bounds", "given", "load", "frame"):
         assert np.array_equal(getattr(changed, name), getattr(new, name)), name
 
 

@@ -184,6 +184,12 @@ def test_a_worker_that_dies_proves_nothing(tmp_path, monkeypatch):
     assert report.verdict is Verdict.NOT_PROVED and report.message
 
 
+def test_a_small_certificate_needs_no_other_process(tmp_path, monkeypatch):
+    monkeypatch.setattr(processes, "start_worker", die)
+    report = check(tmp_path, platform(*[leaf(Node.NO_POSITION, 2)] * 3, leaf(Node.NO_POSITION)), threads=9)
+    assert report.verdict is Verdict.PROVED and report.checked == report.leaves == 13
+
+
 def test_a_sample_is_not_a_proof(tmp_path):
     document = platform(*[leaf(Node.NO_POSITION, 4)] * 4)
     report = check(tmp_path, document, sample=5)

@@ -72,12 +72,12 @@ def test_poses_are_read_from_text():
         ("1,2", None, "--pose: must hold x,y,z or x,y,z,roll,pitch,yaw, got 2 entries"),
         ("1,2,x", None, "--pose[2]: 'x' is not a number"),
         ("1,2,nan", None, "--pose[2]: 'nan' is not a finite number"),
-        ("1,2deg,3", None, "--pose[1]: '2deg' is not a number (only angles are in deg)"),
+        ("1,2deg,3", None, "--pose[1]: '2deg' is an angle, not a length"),
         ("1,2,3,a,0,0", None, "--pose[3]: 'a' is not a number"),
         ("1,2,3,0,0,0", "1,0,0,0", "--quaternion: not together with roll, pitch and yaw in --pose"),
         ("1,2,3", "1,0,0", "--quaternion: must hold w,x,y,z, got 3 entries"),
         ("1,2,3", "0,0,0,0", "--quaternion: must not be zero"),
-        ("1,2,3", "1,0,0,9deg", "--quaternion[3]: '9deg' is not a number (only angles are in deg)"),
+        ("1,2,3", "1,0,0,9deg", "--quaternion[3]: '9deg' is not a number"),
     ],
 )
 def test_wrong_poses(pose, quaternion, message):
@@ -214,7 +214,25 @@ def test_settling_that_fails_says_so():
     # Above its exit points no cable can carry the mass.
     result = inverse_kinematics(load_robot("merlet_4_1"), (2, 2, 30), settle=True)
     assert result.settling is not None and not result.settling.succeeded
-    assert "no static pose of these cables was found near it" in result.message
+    assert "no static pose of these cables was found within 3.01 m" in result.message
+    assert result.lengths is None and result.position == (2, 2, 30) and not result.settling.found
+
+
+def test_settling_goes_no_further_than_asked():
+    cables = {"taut": "c1,c3,c5,c7", "settle": True}
+    robot = load_robot("cogiro")
+    refused = inverse_kinematics(robot, (0, 0, 2), **cables)
+    settling = refused.settling
+    assert not settling.succeeded and settling.found and refused.lengths is None
+    assert refused.position == (0, 0, 2) and refused.question.settle_within == pytest.approx(0.979, abs=1e-3)
+    assert "nearest found is 1.2 m away, moved by 0.163 m and 95.6 deg" in refused.message
+    # The limit is on the point that moves most: just below it refused, just above it done.
+    for share, succeeded in ((1 - 1e-12, False), (1 + 1e-12, True)):
+        within = settling.travel * share
+        result = inverse_kinematics(robot, (0, 0, 2), **cables, settle_within=within)
+        assert result.settling.succeeded is succeeded and (result.lengths is not None) is succeeded
+    assert result.is_static and result.settling.travel == settling.travel
+    assert inverse_kinematics(robot, result.position, result.rotation, **cables).settling.travel < 1e-6
 
 
 def test_tension_limits_are_reported():
@@ -232,12 +250,15 @@ def test_an_external_force_counts():
     assert np.allclose(doubled.tensions, 2 * np.array(inverse_kinematics(robot, (2, 2, -2)).tensions))
 
 
-@pytest.mark.parametrize("options", [{}, {"settle": True, "taut": [0, 1]}])
+@pytest.mark.parametrize("options", [{}, {"settle": True, "taut": [0, 1], "settle_within": 9}])
 def test_round_trip(options):
     result = inverse_kinematics(load_robot("uc3"), (5, 3, -6), rotation_from_rpy([0.1, 0.2, 0.3]), **options)
     assert IkResult.from_json(result.to_json()) == result
     document = json.loads(result.to_json())
     assert [float(x) for x in document["lengths_option"].split(",")] == list(result.lengths)
+    again = read_pose(result.pose_option)
+    assert again.position.tolist() == list(result.position)
+    assert np.allclose(again.rotation, result.rotation, rtol=0, atol=1e-13)
 
 
 @pytest.mark.parametrize("text", ["", "[]", "{}", '{"format": "cdpr-ik-result/1"}', '{"format": "x"}'])
@@ -256,6 +277,8 @@ def test_wrong_arguments():
         ([(1, 2, 3)], {"quaternion": (0, 0, 0, 0)}, "quaternion: must be 4 finite numbers"),
         ([(1, 2, 3)], {"slack_margin": -0.1}, "slack_margin: must not be negative"),
         ([(1, 2, 3)], {"wrench_tolerance": 0.0}, "wrench_tolerance: must be a positive number"),
+        ([(1, 2, 3)], {"settle_within": 1.0}, "settle_within: only with settle"),
+        ([(1, 2, 3)], {"settle": True, "settle_within": 0.0}, "settle_within: must be a positive number"),
         ([(1, 2, 3)], {"taut": "c9"}, "taut[0]: unknown cable"),
         ([(1.5, 1, -1.2)], {}, "pose: the length of cable"),
     ):

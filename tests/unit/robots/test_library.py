@@ -6,7 +6,7 @@ import pytest
 
 from cdpr_interval import load_robot
 from cdpr_interval.mechanics.cables.law import law_of
-from cdpr_interval.robots.formats.reader import shipped_robots
+from cdpr_interval.robots.shipped import shipped_robots
 from scripts.make_schemas import ROOT, schemas
 
 CABLES = {

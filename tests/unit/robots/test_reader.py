@@ -8,7 +8,8 @@ import pytest
 from cdpr_interval import InputError, load_robot
 from cdpr_interval.exact.range import Range
 from cdpr_interval.robots.cable_robot import Uncertain
-from cdpr_interval.robots.formats.reader import parse_robot, shipped_robots
+from cdpr_interval.robots.formats.reader import parse_robot
+from cdpr_interval.robots.shipped import shipped_robots
 
 FULL = """\
 # a comment

@@ -16,6 +16,7 @@ from cdpr_interval.mechanics.statics import Pose
 from cdpr_interval.robots.formats.reader import parse_robot
 from scripts import winch_controller
 from solvers import forward_kinematics, inverse_kinematics
+from solvers.commands.winch_output import print_where
 from solvers.questions.pose import read_pose
 from solvers.winches.path import PathRefused, half_widths_of, plan
 from solvers.winches.where import whereabouts
@@ -78,6 +79,21 @@ def test_the_box_of_a_platform_holds_the_true_pose():
     commanded = [cable.commanded for cable in bench.group.snapshot.cables]
     bench.group.follow(smooth_path(commanded, list(winch_controller.GOAL), 3.0))
     assert assert_box_holds_the_truth(robot, bench) < 0.01
+
+
+def test_a_pose_that_is_not_enclosed_is_told_for_the_middles(monkeypatch, capsys):
+    monkeypatch.setattr("solvers.winches.where.MOST_PIECES", 1)
+    robot = winch_controller.uc4_with_winches()
+    ranges = [(float(length) - 0.001, float(length) + 0.001) for length in winch_controller.START]
+    found = whereabouts(robot, ranges)
+    assert found.poses == () and not found.is_complete and len(found.lost) == 1
+    print_where(robot, ranges, found, as_json=False)
+    *_, last = capsys.readouterr().out.splitlines()
+    assert last.startswith("for the middles of the lengths only: (") and last.endswith("deg)")
+    print_where(robot, ranges, found, as_json=True)
+    (pose,) = json.loads(capsys.readouterr().out)["at_the_middles_only"]
+    (only,) = found.lost
+    assert pose["position_m"] == list(only.nominal.position) and pose["rpy_rad"] == list(only.nominal.rpy)
 
 
 def test_a_path_is_between_all_limits_and_ends_at_the_goal():
