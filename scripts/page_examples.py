@@ -60,7 +60,8 @@ class Session:
         done = subprocess.run(
             [sys.executable, "-m", "solvers", *arguments],
             cwd=self._folder,
-            env={**os.environ, "PYTHONPATH": str(ROOT)},
+            # Pages show what a pipe gets, however wide a terminal is.
+            env={**os.environ, "PYTHONPATH": str(ROOT), "COLUMNS": ""},
             stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT,
             text=True,

@@ -27,8 +27,8 @@ class Branch:
     taut: str
     """Names with spaces."""
     stability: str
-    first: Row
-    """The pose that the others are near to."""
+    first: Points
+    """(N, 3) m: the platform's anchors in the pose that the others are near to."""
     solutions: int = 0
     jobs: int = 0
     numbers: dict[str, list[float]] = field(default_factory=dict)
@@ -89,10 +89,11 @@ class Branches:
         if len(known) == len(places) == 1:
             found[places[0]] = known[0]
         elif known:
+            first = np.array([branch.first for branch in known])
             pairs = sorted(
-                (self._distance(rows[place], branch.first), place, k)
+                (distance, place, k)
                 for place in places
-                for k, branch in enumerate(known)
+                for k, distance in enumerate(_distances(self._places(rows[place]), first))
             )
             taken: set[int] = set()
             for _, place, k in pairs:
@@ -108,15 +109,18 @@ class Branches:
 
     def _begun(self, kind: Kind, row: Row) -> Branch:
         self._count += 1
-        branch = Branch(self._count, *kind, row)
+        branch = Branch(self._count, *kind, self._places(row))
         self._known[kind].append(branch)
         return branch
 
-    def _distance(self, one: dict[str, Any], other: dict[str, Any]) -> float:
-        """Return how far the platform's anchors are apart in two poses: the root of the mean square, in m."""
-        return float(np.sqrt(np.mean(np.sum((self._places(one) - self._places(other)) ** 2, axis=1))))
-
     def _places(self, row: dict[str, Any]) -> Points:
+        """Return the platform's anchors in a pose, (N, 3) m."""
         position = np.array([row["x_m"], row["y_m"], row["z_m"]])
         turn = rotation_from_rpy(np.radians([row["roll_deg"], row["pitch_deg"], row["yaw_deg"]]).tolist())
         return position + self._anchors @ turn.T
+
+
+def _distances(one: Points, others: Points) -> list[float]:
+    """Return how far anchors (N, 3) are from each of others (n, N, 3): the root of the mean square, in m."""
+    found: list[float] = np.sqrt(np.mean(np.sum((others - one) ** 2, axis=2), axis=1)).tolist()
+    return found

@@ -203,7 +203,8 @@ def test_certificates_of_a_batch_are_checked_as_what_they_are(run, tmp_path):
         "job 4 MALFORMED: the first line is not that of a certificate with this content",
     ]
     report(out, "--out", page)
-    assert '<div class="bad">4 certificates' in page.read_text()
+    text = page.read_text()
+    assert 'class="judgement bad"' in text and "<p>4 certificates: " in text
     report(out, "--out", page, "--job", 2, code=5)
     assert "its robot differs" in page.read_text()
 
