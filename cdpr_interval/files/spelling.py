@@ -8,7 +8,7 @@ from __future__ import annotations
 import re
 from collections.abc import Collection
 
-from cdpr_interval.exact.decimals import decimal_text
+from cdpr_interval.files.decimals import decimal_text
 from cdpr_interval.files.literal import quote, read_number
 from cdpr_interval.files.units import UNITS, renamed, unit_of
 

@@ -6,8 +6,6 @@ import math
 from decimal import Decimal
 from fractions import Fraction
 
-from cdpr_interval.exact.range import Range
-
 Plain = int | Decimal | Fraction
 """A `Fraction` only where no finite decimal says the same."""
 
@@ -45,11 +43,12 @@ def plain(value: Fraction) -> Plain:
         return value
 
 
-def plain_scalar(value: Fraction | Range) -> Plain | list[Plain]:
-    """Return a number as `plain` does, or a range as the list of its two ends where they differ."""
-    if not isinstance(value, Range):
+def plain_scalar(value: Fraction | tuple[Fraction, Fraction]) -> Plain | list[Plain]:
+    """Return a number as `plain` does, or two bounds as the list of both where they differ."""
+    if isinstance(value, Fraction):
         return plain(value)
-    return plain(value.lo) if value.lo == value.hi else [plain(value.lo), plain(value.hi)]
+    lo, hi = value
+    return plain(lo) if lo == hi else [plain(lo), plain(hi)]
 
 
 def rounded_down(value: Fraction, digits: int = 3) -> Decimal:
