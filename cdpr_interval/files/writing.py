@@ -68,7 +68,8 @@ def _text(value: str) -> str:
     """Return a text, in quotes unless no reader takes it for anything else."""
     if _PLAIN.fullmatch(value) and isinstance(resolve(value), str):
         return value
-    return '"' + "".join(map(_character, value)) + '"'
+    plain = value.isprintable() and not ('"' in value or "\\" in value)
+    return f'"{value}"' if plain else '"' + "".join(map(_character, value)) + '"'
 
 
 def _character(c: str) -> str:

@@ -21,9 +21,9 @@ from pathlib import Path
 from typing import Any, Self
 
 from cdpr_interval.errors import InputError, NotSupportedError
-from cdpr_interval.exact.decimals import plain_scalar
 from cdpr_interval.exact.range import Range
 from cdpr_interval.exact.vector import Vector
+from cdpr_interval.exact.decimals import plain_scalar
 from cdpr_interval.files.literal import LONGEST_NUMBER
 from cdpr_interval.files.number import exact_number
 from cdpr_interval.files.writing import unreadable, yaml_text
@@ -77,6 +77,10 @@ def _number(value: Any, name: str) -> Scalar:
 
 def _point(value: Any, name: str) -> Point:
     """Return three numbers as this module keeps them."""
+    if type(value) is tuple and list(map(type, value)) == [Fraction] * 3:
+        # The usual case first: a batch makes thousands of robots.
+        x, y, z = value
+        return x, y, z
     entries = tuple(value) if isinstance(value, Iterable) and not isinstance(value, str) else ()
     if len(entries) != 3:
         raise InputError(f"{name}: must be 3 numbers, got {value!r}")

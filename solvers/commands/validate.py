@@ -24,12 +24,14 @@ SCHEMA, TEMPLATE = "schemas/cdpr-robot-1.schema.json", "template.yaml"
 @click.command(
     "validate",
     short_help="Read a robot file and print a summary, or every error.",
-    epilog=examples("validate merlet_4_1", "validate --template > crane.yaml", "validate crane.yaml"),
+    epilog=examples("validate merlet_4_1", "validate --template", "validate --schema"),
 )
 @click.argument("robot", required=False, shell_complete=robots)
 @click.option("--json", "target", metavar="FILE|-", help="Write the summary as JSON; with - nothing else.")
 @click.option("-q", "--quiet", is_flag=True, help="No summary; warnings and errors always.")
-@click.option("--template", is_flag=True, help="Print a robot file with comments, to be filled in.")
+@click.option(
+    "--template", is_flag=True, help="Print a robot file with comments, to be filled in: `> crane.yaml`."
+)
 @click.option("--schema", is_flag=True, help="Print where the JSON Schema of robot files is, for editors.")
 def command(robot: str | None, target: str | None, quiet: bool, template: bool, schema: bool) -> int:
     """Read ROBOT and print a summary, or every error with line and column.
