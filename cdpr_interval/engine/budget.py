@@ -95,7 +95,7 @@ class Budget:
 
     @contextmanager
     def raising(self) -> Iterator[None]:
-        """Let a signal raise `KeyboardInterrupt` in this part of a `listening` block: it asks for no budget."""
+        """Let a signal raise `KeyboardInterrupt` in a part of a `listening` block that asks for no budget."""
         self._raises = True
         try:
             yield
