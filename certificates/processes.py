@@ -5,9 +5,11 @@ from __future__ import annotations
 import math
 import multiprocessing
 import signal
+import threading
 import time
 from collections.abc import Iterator
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
+from contextlib import contextmanager
 from itertools import chain, islice
 
 from certificates import clock
@@ -63,7 +65,8 @@ def together(
     sizes: dict[Future[int], int] = {}
     try:
         for chunk in chunks:
-            sizes[pool.submit(work, chunk)] = len(chunk[1])
+            with undisturbed():
+                sizes[pool.submit(work, chunk)] = len(chunk[1])
             while len(sizes) >= AHEAD * count:
                 yield from ended(sizes)
         while sizes:
@@ -77,6 +80,24 @@ def ended(sizes: dict[Future[int], int]) -> Iterator[tuple[int, int]]:
     done, _ = wait(sizes, clock.left(), FIRST_COMPLETED)
     clock.in_time()
     yield from ((sizes.pop(future), future.result()) for future in done)
+
+
+@contextmanager
+def undisturbed() -> Iterator[None]:
+    """Let Ctrl-C and SIGTERM wait: a process just being started would be left with half of its orders."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    came: list[int] = []
+    numbers = (signal.SIGINT, signal.SIGTERM)
+    before = {n: signal.signal(n, lambda number, frame: came.append(number)) for n in numbers}
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+    if came:
+        signal.raise_signal(came[0])
 
 
 worker: list[Worker] = []

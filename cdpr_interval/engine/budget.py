@@ -30,6 +30,7 @@ class Budget:
         self._lock = threading.Lock()
         self._reserved = 0
         self._interrupted = threading.Event()
+        self._raises = False
         self.cells = 0
         """Cells looked at so far."""
 
@@ -78,13 +79,25 @@ class Budget:
             return
 
         def handle(number: int, frame: FrameType | None) -> None:
-            if self._interrupted.is_set() and number == signal.SIGINT:
-                raise KeyboardInterrupt
+            is_second = self._interrupted.is_set() and number == signal.SIGINT
             self.interrupt()
+            if is_second or self._raises:
+                raise KeyboardInterrupt
 
+        raises, self._raises = self._raises, False
         before = {s: signal.signal(s, handle) for s in (signal.SIGINT, signal.SIGTERM)}
         try:
             yield
         finally:
             for number, handler in before.items():
                 signal.signal(number, handler)
+            self._raises = raises
+
+    @contextmanager
+    def raising(self) -> Iterator[None]:
+        """Let a signal raise `KeyboardInterrupt` in a part of a `listening` block that asks for no budget."""
+        self._raises = True
+        try:
+            yield
+        finally:
+            self._raises = False

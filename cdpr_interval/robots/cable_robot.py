@@ -21,9 +21,9 @@ from pathlib import Path
 from typing import Any, Self
 
 from cdpr_interval.errors import InputError, NotSupportedError
+from cdpr_interval.exact.decimals import plain_scalar
 from cdpr_interval.exact.range import Range
 from cdpr_interval.exact.vector import Vector
-from cdpr_interval.exact.decimals import plain_scalar
 from cdpr_interval.files.literal import LONGEST_NUMBER
 from cdpr_interval.files.number import exact_number
 from cdpr_interval.files.writing import unreadable, yaml_text

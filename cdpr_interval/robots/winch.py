@@ -9,8 +9,8 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
-from cdpr_interval.exact.range import Range
 from cdpr_interval.exact.decimals import plain, plain_scalar
+from cdpr_interval.exact.range import Range
 
 
 @dataclass(frozen=True)

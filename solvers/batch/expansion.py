@@ -14,8 +14,8 @@ from pathlib import Path
 from typing import Any
 
 from cdpr_interval.errors import InputError
-from cdpr_interval.exact.range import LengthRange
 from cdpr_interval.exact.decimals import decimal_text
+from cdpr_interval.exact.range import LengthRange
 from cdpr_interval.files.literal import quote
 from cdpr_interval.robots.cable_robot import Robot, exact, exact_point
 from solvers.batch import job_schema

@@ -11,9 +11,9 @@ import json
 from dataclasses import asdict, dataclass, replace
 from typing import Any
 
+from cdpr_interval.exact.decimals import decimal_text
 from cdpr_interval.exact.range import LengthRange
 from cdpr_interval.exact.vector import Vector
-from cdpr_interval.exact.decimals import decimal_text
 from cdpr_interval.files.literal import read_number
 from cdpr_interval.robots.cable_robot import Cable, Elasticity, Robot
 from solvers.questions.problem import Method, Options, Problem

@@ -277,9 +277,10 @@ def _with_claim(ending: Ending, claim: Claimed, options: Options, file: str, qui
 
     line = f"{printable(file)}: {'complete' if claim.is_complete else 'partial'}: {claim.message}"
     code = answered = ExitCode(ending)
-    if options.record is not None and options.record.is_interrupted:
+    is_interrupted = options.record is not None and options.record.is_interrupted
+    if is_interrupted and answered != ExitCode.INTERRUPTED:
         code, line = ExitCode.INTERRUPTED, f"interrupted; {line}"
-    elif not claim.is_complete:
+    elif not claim.is_complete and answered != ExitCode.INTERRUPTED:
         code = ExitCode.INCOMPLETE
     if code != answered:
         return Ending(code, line)

@@ -19,8 +19,8 @@ from itertools import combinations
 import numpy as np
 from numpy.typing import NDArray
 
-from cdpr_interval.exact.vector import Vector
 from cdpr_interval.exact.decimals import rounded_down
+from cdpr_interval.exact.vector import Vector
 
 Floats = NDArray[np.float64]
 

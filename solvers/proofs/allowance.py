@@ -26,7 +26,8 @@ class Allowance:
 
     def __init__(self, budget: Budget) -> None:
         self.budget = budget
-        left = 0.0 if budget.stop() is Stop.INTERRUPTED else budget.seconds_left()
+        self._was_interrupted = budget.stop() is Stop.INTERRUPTED
+        left = 0.0 if self._was_interrupted else budget.seconds_left()
         self._end = math.inf if left is None else time.monotonic() + max(left, 0.0) + GRACE
 
     @property
@@ -36,10 +37,15 @@ class Allowance:
 
     @contextmanager
     def spending(self) -> Iterator[None]:
-        """Leave the block when time is up or an interrupt comes; what it has done by then stays."""
+        """Leave the block when time is up or an interrupt comes; what it has done by then stays.
+
+        Elsewhere an interrupt throws nothing, see `Budget.listening`: it ends the next block.
+        """
+        if self.budget.stop() is Stop.INTERRUPTED and not self._was_interrupted:
+            self._end = 0.0
         left = None if self._end == math.inf else self._end - time.monotonic()
         try:
-            with clock.seconds(left):
+            with clock.seconds(left), self.budget.raising():
                 yield
         except clock.OutOfTime:
             pass

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Any
 
+from cdpr_interval.engine.budget import Budget
 from cdpr_interval.exact.decimals import exact_text
 from certificates.problem import FORMAT
 from solvers.answers.result import Result
@@ -76,9 +77,12 @@ def certificate_of(problem: Problem, options: Options, result: Result) -> tuple[
     from solvers.proofs.claimed import claimed
     from solvers.proofs.entries import subset_entries
 
-    entries = subset_entries(problem, options, result)
-    document = certificate_document(problem, options, result, entries, [])
-    return pack(document), claimed(document)
+    budget = Budget() if options.record is None else options.record.budget
+    # What is proved is written down even when an interrupt comes while it is.
+    with budget.listening():
+        entries = subset_entries(problem, options, result)
+        document = certificate_document(problem, options, result, entries, [])
+        return pack(document), claimed(document)
 
 
 def certificate_bytes(problem: Problem, options: Options, result: Result) -> bytes:

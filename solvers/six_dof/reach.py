@@ -7,8 +7,8 @@ from fractions import Fraction
 from itertools import combinations
 
 from cdpr_interval.exact import balls
-from cdpr_interval.exact.vector import minus
 from cdpr_interval.exact.decimals import rounded_down
+from cdpr_interval.exact.vector import minus
 from solvers.point_mass.emptiness import short_message, shortfall
 from solvers.questions.problem import Problem
 

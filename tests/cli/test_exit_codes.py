@@ -7,6 +7,7 @@ import signal
 import subprocess
 import sys
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -17,6 +18,7 @@ from certificates import verdicts
 from certificates.container import read, write
 from certificates.tree import Node
 from certificates.verdicts import Conclusion, Verdict
+from solvers.answers.data import StopReason
 from solvers.cli import COMMANDS, Ending, ExitCode, cli
 from solvers.proofs.claimed import claimed, unclaimed
 from tests.support import hanging_mass
@@ -159,6 +161,16 @@ def test_a_complete_answer_with_a_partial_certificate_is_not_complete(hanging, t
     assert done.exit_code == 3 and ": partial: 0 static poses; others may exist" in done.stderr
 
 
+def test_an_interrupted_answer_stays_interrupted(hanging, tmp_path, monkeypatch):
+    """Whatever its certificate claims."""
+    answer = replace(hanging_mass.answer(), stop_reason=StopReason.INTERRUPTED, pending=3)
+    monkeypatch.setattr("solvers.point_mass.robot_class.CLASS.forward", lambda problem, options: answer)
+    monkeypatch.setattr("solvers.proofs.entries.point_entry", lambda *given: {"pending": "hopeless"})
+    done = run("fk", hanging, "--lengths", "2,5", "-q", "--certificate", tmp_path / "c")
+    said = done.stderr.splitlines()
+    assert done.exit_code == 130 and ": partial: " in said[0] and said[1].startswith("interrupted: ")
+
+
 def test_a_cut_off_certificate_is_said_to_be_partial(tmp_path, monkeypatch):
     """The answer is there in time, the certificate is not."""
     from solvers.proofs import entries
@@ -203,6 +215,7 @@ def long(tmp_path_factory):
     return file
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["SIGINT", "SIGTERM"])
 @pytest.mark.parametrize("program", [["solvers", "check"], ["certificates"]])
 def test_a_check_is_interrupted(long, name, program):

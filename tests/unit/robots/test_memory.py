@@ -17,8 +17,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cdpr_interval import CdprError, InputError, Robot, load_robot
-from cdpr_interval.exact.range import Range
 from cdpr_interval.exact.decimals import decimal_text, rounded_down
+from cdpr_interval.exact.range import Range
 from cdpr_interval.robots.cable_robot import Cable, Elasticity, Platform
 from cdpr_interval.robots.formats.reader import parse_robot, shipped_robots
 from solvers import forward_kinematics
