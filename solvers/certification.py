@@ -8,7 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from cdpr_interval.errors import InputError, NotSupportedError
-from cdpr_interval.files.literal import printable
+from cdpr_interval.text.literal import printable
 from solvers.answers.result import Result
 from solvers.forward import answer_question
 from solvers.questions.arguments import read_path

@@ -32,9 +32,9 @@ from typing import Any
 import yaml
 
 from cdpr_interval.errors import InputError
-from cdpr_interval.files.literal import Scalar, printable, quote, resolve
 from cdpr_interval.files.spelling import key_hint
 from cdpr_interval.files.syntax import explained
+from cdpr_interval.text.literal import Scalar, printable, quote, resolve
 
 LARGEST_FILE = 1_000_000
 """Bytes."""

@@ -25,7 +25,7 @@ from pydantic.json_schema import GenerateJsonSchema, JsonSchemaValue
 from pydantic_core import core_schema
 
 from cdpr_interval.files.document import Node
-from cdpr_interval.files.literal import quote, read_number
+from cdpr_interval.text.literal import quote, read_number
 
 CABLE_NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_.-]*")
 SHAPES = ("<number>", "<tolerance>", "<bounds>")

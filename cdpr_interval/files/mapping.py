@@ -7,8 +7,8 @@ from typing import Any
 
 from cdpr_interval.errors import InputError
 from cdpr_interval.files.document import DEEPEST_LEVEL, TOO_DEEP, Document, Node, child
-from cdpr_interval.files.literal import Scalar, quote
-from cdpr_interval.files.number import exact_number
+from cdpr_interval.text.literal import Scalar, quote
+from cdpr_interval.text.number import exact_number
 
 
 def document_of(data: Mapping[str, Any], label: str) -> Document:

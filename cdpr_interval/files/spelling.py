@@ -9,8 +9,8 @@ import re
 from collections.abc import Collection
 
 from cdpr_interval.exact.decimals import decimal_text
-from cdpr_interval.files.literal import quote, read_number
 from cdpr_interval.files.units import UNITS, renamed, unit_of
+from cdpr_interval.text.literal import quote, read_number
 
 _NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
 _WITH_UNIT = re.compile(rf"({_NUMBER})\s*([A-Za-zµ°%\"'][A-Za-zµ°%/^*²0-9]*)")

@@ -9,7 +9,7 @@ from __future__ import annotations
 import re
 from typing import Any, NamedTuple
 
-from cdpr_interval.files.literal import printable
+from cdpr_interval.text.literal import printable
 
 LINES_ABOVE = 3
 """Lines looked at above the error: a text goes on over lines until something in it cannot be a text."""

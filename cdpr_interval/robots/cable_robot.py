@@ -24,10 +24,10 @@ from cdpr_interval.errors import InputError, NotSupportedError
 from cdpr_interval.exact.decimals import plain_scalar
 from cdpr_interval.exact.range import Range
 from cdpr_interval.exact.vector import Vector
-from cdpr_interval.files.literal import LONGEST_NUMBER
-from cdpr_interval.files.number import exact_number
-from cdpr_interval.files.writing import unreadable, yaml_text
 from cdpr_interval.robots.winch import Winch, WinchGroupSettings
+from cdpr_interval.text.literal import LONGEST_NUMBER
+from cdpr_interval.text.number import exact_number
+from cdpr_interval.text.writing import unreadable, yaml_text
 
 FORMAT = "cdpr-robot/1"
 READER = "cdpr_interval.robots.formats.reader"

@@ -13,8 +13,8 @@ from pathlib import Path
 from typing import Any
 
 from cdpr_interval.errors import InputError
-from cdpr_interval.files.literal import printable
 from cdpr_interval.robots.cable_robot import Robot
+from cdpr_interval.text.literal import printable
 from solvers.answers.document import to_json
 from solvers.answers.provenance import Provenance
 from solvers.answers.tool import this_tool

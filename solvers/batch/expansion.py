@@ -16,8 +16,8 @@ from typing import Any
 from cdpr_interval.errors import InputError
 from cdpr_interval.exact.decimals import decimal_text
 from cdpr_interval.exact.range import LengthRange
-from cdpr_interval.files.literal import quote
 from cdpr_interval.robots.cable_robot import Robot, exact, exact_point
+from cdpr_interval.text.literal import quote
 from solvers.batch import job_schema
 from solvers.batch.draws import Spread, text_of
 from solvers.batch.job import Job, Settings, canonical, problem_of, range_text

@@ -14,8 +14,8 @@ from typing import Any
 from cdpr_interval.exact.decimals import decimal_text
 from cdpr_interval.exact.range import LengthRange
 from cdpr_interval.exact.vector import Vector
-from cdpr_interval.files.literal import read_number
 from cdpr_interval.robots.cable_robot import Cable, Elasticity, Robot
+from cdpr_interval.text.literal import read_number
 from solvers.questions.problem import Method, Options, Problem
 
 Question = tuple[str, int, int, str]

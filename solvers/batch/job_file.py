@@ -10,7 +10,7 @@ from typing import Any
 
 from cdpr_interval.errors import InputError
 from cdpr_interval.files.document import Document, Node, parse_document, read_bytes
-from cdpr_interval.files.literal import quote
+from cdpr_interval.text.literal import quote
 from solvers.batch import job_schema
 from solvers.batch.expansion import Expansion, expansion_of
 from solvers.batch.job import Job, Question, Settings

@@ -26,8 +26,8 @@ from cdpr_interval.files.fields import (
     one_of,
     type_tag,
 )
-from cdpr_interval.files.literal import quote
 from cdpr_interval.files.validation import Models
+from cdpr_interval.text.literal import quote
 from solvers.questions.problem import Method
 
 BATCH_FORMAT = "cdpr-batch/1"

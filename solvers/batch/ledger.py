@@ -15,7 +15,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import IO, Any
 
-from cdpr_interval.files.literal import printable
+from cdpr_interval.text.literal import printable
 from solvers.batch.job import Job, Question, Settings
 from solvers.batch.ledger_file import (
     FILE,

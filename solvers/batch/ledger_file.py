@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import IO
 
 from cdpr_interval.errors import CdprError, InputError
-from cdpr_interval.files.literal import printable
+from cdpr_interval.text.literal import printable
 from solvers.answers.provenance import versions
 from solvers.batch.job import Job, Settings, key_of, key_prefix
 from solvers.batch.robot_files import RobotFile

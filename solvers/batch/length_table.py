@@ -10,7 +10,7 @@ from cdpr_interval.errors import InputError
 from cdpr_interval.exact.range import LengthRange
 from cdpr_interval.files.document import suggestion
 from cdpr_interval.files.fields import is_free
-from cdpr_interval.files.literal import quote
+from cdpr_interval.text.literal import quote
 from solvers.batch.tables import JOB_COLUMNS, SOLUTION_COLUMNS, length_column, tension_column
 from solvers.questions.errors import InputErrors
 from solvers.questions.lengths import read_lengths

@@ -7,9 +7,9 @@ from pathlib import Path
 
 from cdpr_interval.errors import InputError
 from cdpr_interval.files.document import Document, Node
-from cdpr_interval.files.literal import quote
 from cdpr_interval.robots.cable_robot import Robot
 from cdpr_interval.robots.formats.reader import parse_robot, read_robot
+from cdpr_interval.text.literal import quote
 from solvers.batch.job_schema import RobotFolder
 from solvers.classes import require_supported
 from solvers.questions.errors import InputErrors

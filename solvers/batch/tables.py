@@ -12,8 +12,8 @@ from pathlib import Path
 from typing import IO, Any, Protocol
 
 from cdpr_interval.errors import InputError
-from cdpr_interval.files.literal import printable
 from cdpr_interval.robots.formats.reader import parse_robot
+from cdpr_interval.text.literal import printable
 from solvers.batch.ledger import Ledger, Recorded
 from solvers.batch.ledger_file import LedgerError
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from cdpr_interval.files.literal import printable
+from cdpr_interval.text.literal import printable
 from solvers.commands.external_force import LABEL, external_force_option, read_external_force
 from solvers.commands.numbers import read_count, read_float, warn_of_lengths
 from solvers.commands.target import JsonTarget

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from cdpr_interval.errors import InputError
-from cdpr_interval.files.literal import quote, read_number
+from cdpr_interval.text.literal import quote, read_number
 
 if TYPE_CHECKING:
     from fractions import Fraction

@@ -8,7 +8,7 @@ import sys
 from pathlib import Path
 
 from cdpr_interval.errors import InputError
-from cdpr_interval.files.literal import quote
+from cdpr_interval.text.literal import quote
 
 
 class JsonTarget:

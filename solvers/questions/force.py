@@ -8,7 +8,7 @@ from typing import Any
 
 from cdpr_interval.errors import InputError
 from cdpr_interval.exact.vector import Vector
-from cdpr_interval.files.number import exact_number
+from cdpr_interval.text.number import exact_number
 from solvers.questions.units import entries_of
 
 ZERO: Vector = (Fraction(0), Fraction(0), Fraction(0))

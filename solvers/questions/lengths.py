@@ -16,8 +16,8 @@ from typing import Any
 from cdpr_interval.errors import InputError
 from cdpr_interval.exact.range import LengthRange
 from cdpr_interval.files.document import suggestion
-from cdpr_interval.files.literal import quote
-from cdpr_interval.files.number import exact_number
+from cdpr_interval.text.literal import quote
+from cdpr_interval.text.number import exact_number
 from solvers.questions.units import read_metres, split_unit
 
 TOLERANCES = ("+/-", "+-", "±")

@@ -9,10 +9,10 @@ from typing import Any, TypeVar
 import numpy as np
 
 from cdpr_interval.errors import InputError
-from cdpr_interval.files.literal import read_number
-from cdpr_interval.files.number import exact_number
 from cdpr_interval.mechanics.orientation import rotation_from_quaternion, rotation_from_rpy
 from cdpr_interval.mechanics.statics import Pose
+from cdpr_interval.text.literal import read_number
+from cdpr_interval.text.number import exact_number
 from solvers.questions.units import entries_of, read_metres, read_radians
 
 Value = TypeVar("Value")

@@ -9,8 +9,8 @@ from cdpr_interval.exact.range import LengthRange
 from cdpr_interval.exact.vector import Vector
 from cdpr_interval.files.document import Document, child, read_document
 from cdpr_interval.files.fields import is_free
-from cdpr_interval.files.literal import quote
 from cdpr_interval.files.validation import Models
+from cdpr_interval.text.literal import quote
 from solvers.questions.lengths import match_names
 from solvers.questions.problem_schema import PROBLEM_FORMAT, TAGS, ProblemBlock, length
 

@@ -9,7 +9,7 @@ from pydantic import Discriminator, PlainValidator, Tag, WithJsonSchema
 
 from cdpr_interval.files.document import Node
 from cdpr_interval.files.fields import Block, kind
-from cdpr_interval.files.literal import quote
+from cdpr_interval.text.literal import quote
 from solvers.questions.lengths import read_length
 
 PROBLEM_FORMAT = "cdpr-problem/1"

@@ -8,7 +8,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 from cdpr_interval.exact.enclosure import Bounds, length_bounds
-from cdpr_interval.files.number import LARGEST, SMALLEST
+from cdpr_interval.text.number import LARGEST, SMALLEST
 from solvers.questions.errors import InputErrors
 from solvers.questions.lengths import read_lengths
 

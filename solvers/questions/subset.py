@@ -8,7 +8,7 @@ from typing import Any
 
 from cdpr_interval.errors import InputError
 from cdpr_interval.files.document import suggestion
-from cdpr_interval.files.literal import quote
+from cdpr_interval.text.literal import quote
 
 
 def read_subset(given: Any, names: Sequence[str], label: str = "taut") -> tuple[int, ...]:

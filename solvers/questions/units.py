@@ -11,8 +11,8 @@ import re
 from collections.abc import Iterable
 from fractions import Fraction
 
-from cdpr_interval.files.literal import quote, read_number
-from cdpr_interval.files.number import exact_number
+from cdpr_interval.text.literal import quote, read_number
+from cdpr_interval.text.number import exact_number
 
 METRES = {"m": Fraction(1), "cm": Fraction(1, 100), "mm": Fraction(1, 1000)}
 """Units of lengths, in m."""

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from cdpr_interval.errors import InputError
-from cdpr_interval.files.literal import printable
 from cdpr_interval.robots.cable_robot import Robot
+from cdpr_interval.text.literal import printable
 from solvers.answers.data import CableState
 from solvers.answers.result import Result
 from solvers.batch.ledger import Ledger

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from cdpr_interval.errors import InputError
-from cdpr_interval.files.literal import printable, quote
 from cdpr_interval.robots.cable_robot import Robot
 from cdpr_interval.robots.formats.reader import load_robot
 from cdpr_interval.robots.shipped import shipped_robots
+from cdpr_interval.text.literal import printable, quote
 from solvers.answers.result import Result
 from solvers.batch.campaign import result_of, robot_of
 from solvers.batch.ledger import Ledger

@@ -7,9 +7,9 @@ from pathlib import Path
 from typing import Any
 
 from cdpr_interval.errors import InputError
-from cdpr_interval.files.literal import printable
 from cdpr_interval.robots.cable_robot import Robot
 from cdpr_interval.robots.formats.given import require_robot
+from cdpr_interval.text.literal import printable
 from solvers.answers.result import Result
 from solvers.proofs.check import proof_of
 from solvers.questions.arguments import read_path

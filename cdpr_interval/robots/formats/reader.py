@@ -11,11 +11,11 @@ from typing import Any
 
 from cdpr_interval.errors import InputError
 from cdpr_interval.files.document import Document, parse_document, read_bytes
-from cdpr_interval.files.literal import printable, quote
 from cdpr_interval.files.mapping import document_of
 from cdpr_interval.robots.cable_robot import Robot
 from cdpr_interval.robots.formats import robot_reader, schema
 from cdpr_interval.robots.shipped import ROBOTS, SUFFIXES, shipped_robots
+from cdpr_interval.text.literal import printable, quote
 
 FORMATS: dict[str, Callable[[Document], Robot]] = {schema.ROBOT_FORMAT: robot_reader.robot}
 """Known formats by their word: what makes a robot of a document, reporting every error. A file without the

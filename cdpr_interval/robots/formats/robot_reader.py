@@ -7,11 +7,11 @@ from typing import Any
 from cdpr_interval.exact.range import Range
 from cdpr_interval.files.document import Document, child
 from cdpr_interval.files.fields import SHAPES, bounds
-from cdpr_interval.files.literal import quote
 from cdpr_interval.files.validation import Models
 from cdpr_interval.robots.cable_robot import Cable, Elasticity, Platform, Point, Robot, Scalar
 from cdpr_interval.robots.formats import schema
 from cdpr_interval.robots.winch import Winch
+from cdpr_interval.text.literal import quote
 
 LAZY = {"": ("winches",), "cables": ("winch",)}
 """Keys of blocks that are only known to the models of winches, for suggestions."""

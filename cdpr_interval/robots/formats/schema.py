@@ -26,8 +26,8 @@ from cdpr_interval.files.fields import (
     tension_limits,
     text,
 )
-from cdpr_interval.files.literal import quote
 from cdpr_interval.robots.cable_robot import FORMAT
+from cdpr_interval.text.literal import quote
 
 ROBOT_FORMAT = FORMAT
 

@@ -40,9 +40,9 @@ from cdpr_interval.files.fields import (
     number,
     type_tag,
 )
-from cdpr_interval.files.literal import quote
 from cdpr_interval.robots.formats import schema
 from cdpr_interval.robots.formats.schema import CableBlock, RobotBlock
+from cdpr_interval.text.literal import quote
 
 LARGEST_NODE = 127
 """CANopen node ids are 1 to 127."""

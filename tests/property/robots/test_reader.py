@@ -7,9 +7,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cdpr_interval import InputError
-from cdpr_interval.files.literal import read_number, resolve
 from cdpr_interval.robots.cable_robot import Robot
 from cdpr_interval.robots.formats.reader import parse_robot
+from cdpr_interval.text.literal import read_number, resolve
 
 LIBRARY = resources.files("cdpr_interval.robots").joinpath("library")
 SEEDS = [LIBRARY.joinpath(f"{name}.yaml").read_bytes() for name in ("uc2", "merlet_4_1_k100", "acrobot")]

@@ -70,5 +70,5 @@ def test_one_change_in_a_document(whole):
 def test_names_of_cables_differ(whole):
     document, kind = whole
     document["cables"] = ["c1", "c1"]
-    with pytest.raises(InputError, match="result.cables: names must differ"):
+    with pytest.raises(InputError, match=r"result.cables: names must differ"):
         kind.from_json(document)

@@ -188,7 +188,7 @@ def test_results_without_provenance_are_read():
     result = Result.from_json(document)
     assert "provenance" not in result.to_dict() and result.verify("merlet_4_1") == []
     for ask in (lambda: result.source_robot, lambda: result.certificate("x"), result.plot):
-        with pytest.raises(InputError, match="result: the .* not in it"):
+        with pytest.raises(InputError, match=r"result: the .* not in it"):
             ask()
 
 

@@ -8,7 +8,7 @@ import yaml
 from cdpr_interval import InputError
 from cdpr_interval.files import document as document_module
 from cdpr_interval.files.document import DEEPEST_LEVEL, TOO_DEEP, child, parse_document, read_document
-from cdpr_interval.files.literal import resolve
+from cdpr_interval.text.literal import resolve
 
 TEXT = 'a: 1e-3\nb:\n  - no\n  - "1"\n  - {c: ~}\n'
 

@@ -38,13 +38,13 @@ NO_NUMBERS = ["x", [1], b"x", np.zeros((2, 2)), object(), math.nan, True, 1j]
     ],
 )
 def test_what_is_no_robot(ask, robot):
-    with pytest.raises(InputError, match="^robot: must be "):
+    with pytest.raises(InputError, match=r"^robot: must be "):
         ask(robot)
 
 
 @pytest.mark.parametrize("robot", ["uc3", "no_such_robot", "uc2\0"])
 def test_names_are_read_as_robots(robot):
-    with pytest.raises(InputError, match="2 lengths for 3 cables|no such file|cannot be read"):
+    with pytest.raises(InputError, match=r"2 lengths for 3 cables|no such file|cannot be read"):
         forward_kinematics(robot, [7, 8])
 
 
@@ -97,9 +97,9 @@ def test_other_arguments(options, message):
 )
 def test_lengths_that_are_none(lengths):
     """A set has no order: its entries would be given to any cables."""
-    with pytest.raises(InputError, match="^lengths"):
+    with pytest.raises(InputError, match=r"^lengths"):
         forward_kinematics("merlet_4_1", lengths)
-    with pytest.raises(InputError, match="^lengths"):
+    with pytest.raises(InputError, match=r"^lengths"):
         PointMass("merlet_4_1").solve(lengths)
 
 
@@ -148,7 +148,7 @@ def test_folders_are_no_files(result, tmp_path):
     for write in (result.report, result.certificate):
         with pytest.raises(InputError, match="cannot be written: Is a directory"):
             write(tmp_path)
-    with pytest.raises(InputError, match="certificate: .*: No such file"):
+    with pytest.raises(InputError, match=r"certificate: .*: No such file"):
         result.report(tmp_path / "r.html", certificate=tmp_path / "none.cert")
     assert list(tmp_path.iterdir()) == []
 

@@ -8,7 +8,7 @@ from fractions import Fraction
 from numbers import Rational
 from typing import Any
 
-from cdpr_interval.files.literal import LARGEST_EXPONENT, read_number
+from cdpr_interval.text.literal import LARGEST_EXPONENT, read_number
 
 _SMALLEST = Fraction(1, 10**LARGEST_EXPONENT)
 _LARGEST = Fraction(10**LARGEST_EXPONENT)

@@ -1,0 +1,1 @@
+"""Numbers and data as text that people type and read, exactly: YAML scalars, numbers of any kind, YAML."""
