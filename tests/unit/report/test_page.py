@@ -192,7 +192,7 @@ def test_the_worse_of_answer_and_verdict_gives_the_colour(merlet, proof, complet
         ({"done": 3}, 0, {"PROVED": 2, "PROVED (partial)": 1}, 0, Kind.OPEN),
         ({"done": 3}, 1, {}, 0, Kind.OPEN),
         ({"done": 3, "pending": 1}, 0, {}, 0, Kind.OPEN),
-        ({"done": 3, "no-pose": 1}, 0, {}, 0, Kind.OPEN),
+        ({"done": 3, "none-found": 1}, 0, {}, 0, Kind.OPEN),
         ({"done": 3, "failed": 1}, 0, {"PROVED": 3}, 0, Kind.BAD),
         ({"done": 3}, 0, {"PROVED": 2, "NOT PROVED": 1}, 0, Kind.BAD),
     ],
