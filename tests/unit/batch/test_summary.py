@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from solvers.batch.branches import Branches
 from solvers.batch.statistics import circular_statistics, deviation, mean_direction, statistics
 from solvers.batch.summary_text import MOST_BRANCHES, print_summary
+from solvers.batch.work import Status
 
 SQUARE = np.array([[-0.3, -0.2, 0.1], [0.3, -0.2, 0.1], [0.3, 0.2, 0.1], [-0.3, 0.2, 0.1]])
 PLACE = ("x_m", "y_m", "z_m", "roll_deg", "pitch_deg", "yaw_deg")
@@ -99,14 +100,14 @@ def document(branches, per_job):
             for n in range(1, branches + 1)
         ],
     }  # fmt: skip
-    jobs = {"done": 2, "failed": 0}
-    return {"name": "a study", "jobs": jobs, "jobs_with_undecided": 0, "groups": [group]}
+    jobs = {status.value: 2 * (status is Status.DONE) for status in Status}
+    return {"name": "a study", "jobs": jobs, "jobs_with_undecided": 0, "certificates": {}, "groups": [group]}
 
 
 def test_the_text_names_the_batch_and_fits_eighty_columns():
     print_summary(document(2, {"2": 2}), text := io.StringIO())
     lines = text.getvalue().splitlines()
-    assert lines[0] == "a study: 2 jobs: 2 done; 0 with something undecided"
+    assert lines[0].startswith("a study: 2 jobs: 2 done; ")
     assert "  branch 1, stable, taut a b: 1 pose in 1 job" in lines
     assert max(map(len, lines)) <= 80
 
