@@ -27,6 +27,7 @@ COMMANDS = {
     "polynomial": "solvers.commands.polynomial",
     "report": "solvers.commands.report",
     "validate": "solvers.commands.validate",
+    "warm-up": "solvers.commands.warm_up",
     "winch": "solvers.commands.winch",
 }
 """Module of each command; its attribute ``command`` is the click command."""

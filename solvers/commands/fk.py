@@ -194,11 +194,13 @@ def _option_name(parameter: str) -> str:
 def _solve(problem: Problem, options: Options, quiet: bool) -> Result:
     from dataclasses import replace
 
+    from solvers.commands.compilation import listening
     from solvers.commands.progress import ProgressDisplay
     from solvers.forward import answer_question
 
     if quiet:
-        return answer_question(problem, options)
+        with listening(lambda line: None):
+            return answer_question(problem, options)
     with ProgressDisplay(sys.stderr) as display:
         return answer_question(problem, replace(options, progress=display))
 

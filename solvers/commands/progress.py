@@ -24,14 +24,13 @@ class ProgressDisplay:
         self._has_colour = self._is_terminal and not os.environ.get("NO_COLOR")
         self._start = 0.0
         self._drawn = False
-        self._announced = False
         self._listening = ExitStack()
 
     def __enter__(self) -> ProgressDisplay:
         from solvers.commands.compilation import listening
 
         self._start = time.perf_counter()
-        self._listening.enter_context(listening(self._announce_compilation))
+        self._listening.enter_context(listening(self._say))
         return self
 
     def __exit__(
@@ -64,12 +63,10 @@ class ProgressDisplay:
             f"  {progress.solutions} solution{'s' if progress.solutions != 1 else ''}"
         )
 
-    def _announce_compilation(self) -> None:
-        if self._announced:
-            return
-        self._announced = True
+    def _say(self, line: str) -> None:
+        """Write a line that stays."""
         erase = "\r\x1b[K" if self._drawn else ""
-        self._write(f"{erase}compiling kernels (first run only) ...\n")
+        self._write(f"{erase}{line}\n")
 
     def _write(self, text: str) -> None:
         # A log that nobody reads any more must not end a search.
