@@ -38,11 +38,11 @@ demo: $(INSTALLED) ## solve the examples of the papers
 	@PATH="$(CURDIR)/$(BIN):$$PATH" scripts/demo.sh
 
 test: $(INSTALLED) ## run the quick tests, some minutes: what a developer runs (JOBS=1: one process)
-	$(BIN)/python scripts/warm_up.py
+	$(BIN)/cdpr-solve warm-up
 	$(BIN)/python -m pytest --numprocesses $(JOBS) -m 'not slow'
 
 test-slow: $(INSTALLED) ## run the other tests
-	$(BIN)/python scripts/warm_up.py
+	$(BIN)/cdpr-solve warm-up
 	$(BIN)/python -m pytest --numprocesses $(JOBS) -m slow
 
 test-all: test test-slow ## run every test
@@ -58,7 +58,7 @@ test-lowest test-latest: export NUMBA_CACHE_DIR = $(CURDIR)/$(ENVIRONMENT)/numba
 test-lowest test-latest:
 	$(UV) pip install $(RESOLVE) --resolution $(RESOLUTION) --python $(ENVIRONMENT) --editable '.[$(EXTRAS)]'
 	rm -rf $(NUMBA_CACHE_DIR)
-	$(ENVIRONMENT)/bin/python scripts/warm_up.py
+	$(ENVIRONMENT)/bin/cdpr-solve warm-up
 	$(ENVIRONMENT)/bin/python -m pytest --numprocesses $(JOBS) -m 'not slow'
 
 fuzz: $(INSTALLED) ## draw new examples and print what reproduces a failure: make fuzz SECONDS=600 SEED=1

@@ -34,6 +34,7 @@ COMMANDS = {
     "report": "solvers.commands.report",
     "robots": "solvers.commands.robots",
     "validate": "solvers.commands.validate",
+    "warm-up": "solvers.commands.warm_up",
     "winch": "solvers.commands.winch",
 }
 """Module of each command; its attribute ``command`` is the click command."""

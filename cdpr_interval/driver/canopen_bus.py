@@ -331,5 +331,5 @@ def _library() -> Any:
     try:
         import canopen
     except ImportError as error:
-        raise BusError(f"{error.name} is not installed: pip install 'cdpr-interval[driver]'") from None
+        raise BusError(f"{error.name} is not installed: pip install '.[driver]'") from None
     return canopen

@@ -224,7 +224,7 @@ class SimulatedNetwork:
         try:
             import canopen
         except ImportError as error:
-            raise BusError(f"{error.name} is not installed: pip install 'cdpr-interval[driver]'") from None
+            raise BusError(f"{error.name} is not installed: pip install '.[driver]'") from None
         self._network = canopen.Network()
         self._network.NOTIFIER_CYCLE = 10 * TICK
         try:

@@ -16,8 +16,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from numba import njit
-
+from cdpr_interval.kernels.kernel import part
 from cdpr_interval.kernels.lanes import LANES
 
 CHILDREN = 2
@@ -25,7 +24,7 @@ CHILDREN = 2
 
 
 # Inlined into its caller: numba does not cache a call that passes a function as a value.
-@njit(cache=True, nogil=True, inline="always")
+@part()
 def batches(
     process: Any,
     context: Any,

@@ -17,16 +17,15 @@ from __future__ import annotations
 
 from typing import Any
 
-from numba import njit
-
 import cdpr_interval.kernels  # noqa: F401  its cache
+from cdpr_interval.kernels.kernel import part
 
 MAX_CHILDREN = 4
 """Rows of ``children`` a problem may fill."""
 
 
 # Inlined into its caller: numba does not cache a call that passes a function as a value.
-@njit(cache=True, nogil=True, inline="always")
+@part()
 def depth_first(
     process: Any,
     context: Any,

@@ -32,12 +32,11 @@ import math
 from typing import Any, NamedTuple
 
 import numpy as np
-from numba import njit
 
 from cdpr_interval.kernels import box as boxes
 from cdpr_interval.kernels import interval
 from cdpr_interval.kernels.dense import solve_in_place
-from cdpr_interval.kernels.kernel import kernel
+from cdpr_interval.kernels.kernel import kernel, part
 from cdpr_interval.kernels.rounding import down, up
 
 LOST = 1e200
@@ -184,7 +183,7 @@ def first_radii(x: Any, shift: Any, cover: Any, first: Any, radius: Any) -> None
 
 
 # Inlined into its caller: numba does not cache a call that passes a function as a value.
-@njit(cache=True, nogil=True, inline="always")
+@part()
 def inflated(
     deviate: Any, context: Any, x: Any, first: Any, tries: Any, radius: Any, image: Any, E: Any, box: Any
 ) -> bool:
@@ -220,7 +219,7 @@ def inflated(
     return False
 
 
-@njit(cache=True, nogil=True, inline="always")
+@part()
 def around(
     deviate: Any, context: Any, x: Any, shift: Any, cover: Any, steps: Any, box: Any, domain: Any
 ) -> bool:
@@ -298,7 +297,7 @@ def image_of(C: Any, middle: Any, f: Any, E: Any, box: Any, image: Any) -> bool:
     return inside
 
 
-@njit(cache=True, nogil=True, inline="always")
+@part()
 def over(residual: Any, deviate: Any, context: Any, C: Any, box: Any, image: Any) -> bool:
     """Apply the operator to a box (n, 2), at its middle; True when the image lies strictly inside.
 
@@ -353,7 +352,7 @@ def refined(image: Any, box: Any) -> bool:
     return smaller
 
 
-@njit(cache=True, nogil=True, inline="always")
+@part()
 def existence(apply: Any, context: Any, C: Any, x: Any, f: Any, size: float, refine: bool, box: Any) -> bool:
     """Grow a box around x until the operator maps it strictly into itself, and contract it.
 

@@ -13,9 +13,9 @@ import math
 from typing import Any, NamedTuple
 
 import numpy as np
-from numba import njit
 
 from cdpr_interval.kernels.box import point
+from cdpr_interval.kernels.kernel import part
 
 
 class Pace(NamedTuple):
@@ -37,7 +37,7 @@ class Pace(NamedTuple):
 
 
 # Inlined into its caller: numba does not cache a call that passes a function as a value.
-@njit(cache=True, nogil=True, inline="always")
+@part()
 def newton(linearise: Any, residual: Any, context: Any, x: Any, C: Any, steps: int, pace: Any) -> float:
     """Improve x (>= n,) by at most ``steps`` Newton steps; return the length of the last one.
 

@@ -4,9 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from numba import njit
-
-from cdpr_interval.kernels.kernel import kernel
+from cdpr_interval.kernels.kernel import entry, kernel
 from cdpr_interval.kernels.rounding import down, up
 
 
@@ -42,7 +40,7 @@ def meet(a: Any, out: Any) -> None:
         out[k, 1] = min(out[k, 1], a[k, 1])
 
 
-@njit("b1(f8[:, ::1], f8[:, ::1], i8)", cache=True, nogil=True)
+@entry("b1(f8[:, ::1], f8[:, ::1], i8)")
 def contains(outer: Any, inner: Any, n: int) -> bool:
     """Return True when the first n sides of ``inner`` (>= n, 2) lie in those of ``outer`` (>= n, 2)."""
     for i in range(n):  # noqa: SIM110 - numba compiles no generator expressions

@@ -20,23 +20,25 @@ machine code of one signature for the other. A lock on the folder keeps index an
 
 from __future__ import annotations
 
+import atexit
+import logging
 import os
 import re
 import shutil
+import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from functools import cache
 from typing import Any
 
-from numba.core import caching
+from filelock import FileLock
+from numba.core import caching, config
 
 from cdpr_interval.kernels import sources
+from cdpr_interval.kernels.announcement import LOGGER
 
-try:
-    import fcntl
-except ImportError:  # not on Windows: as numba has it
-    fcntl = None  # type: ignore[assignment]
-
+LOCK = "cdpr.lock"
+"""Name of the file in a folder that is locked."""
 PREFIX = "cdpr-"
 """What the names of the folders start with; a name and the digest follow."""
 ANY = "all"
@@ -51,17 +53,14 @@ _MODULE = re.compile(rb"(?:cdpr_interval|solvers)[\w.]*")
 @contextmanager
 def locked(folder: str) -> Iterator[None]:
     """Hold the lock of a folder that exists; where there is none, or no locks, go on without."""
-    place = None
-    with suppress(OSError):
-        place = os.open(folder, os.O_RDONLY) if fcntl is not None else None
+    lock = FileLock(os.path.join(folder, LOCK))
+    with suppress(OSError, NotImplementedError):
+        if os.path.isdir(folder):
+            lock.acquire()
     try:
-        if place is not None:
-            with suppress(OSError):
-                fcntl.flock(place, fcntl.LOCK_EX)
         yield
     finally:
-        if place is not None:
-            os.close(place)
+        lock.release()
 
 
 @cache
@@ -94,6 +93,12 @@ def _places() -> dict[tuple[str, str], str]:
         for place in (os.path.join(folder, "__pycache__"), elsewhere):
             found[place, source.path.stem] = module
     return found
+
+
+def _module_in(path: str) -> str | None:
+    """Return the name of our module with this source, None when it is not one of ours."""
+    whole = os.path.abspath(path)
+    return next((name for name, source in sources.modules().items() if str(source.path) == whole), None)
 
 
 def module_of(cache_path: str, filename_base: str) -> str | None:
@@ -129,7 +134,8 @@ class KeyedCacheFile(caching.IndexDataCacheFile):  # type: ignore[misc]
         """Save the code of one signature, unless a source was edited since: it may be made of either text."""
         others = self._strangers(key)
         if all(sources.are_as_digested(module) for module in (self._module, *others)):
-            with self._alone():
+            # Into a folder that is filled and cannot be written nothing is saved.
+            with suppress(PermissionError), self._alone():
                 super().save(self._keyed(key, others), data)
 
     def load(self, key: Any) -> Any:
@@ -160,6 +166,53 @@ class KeyedCacheFile(caching.IndexDataCacheFile):  # type: ignore[misc]
             yield
 
 
+@cache
+def temporary_folder() -> str:
+    """Make a folder for the kernels of this process, which goes with it, and say so."""
+    folder = tempfile.mkdtemp(prefix="cdpr-kernels-")
+    atexit.register(shutil.rmtree, folder, ignore_errors=True)
+    logging.getLogger(LOGGER).warning(
+        "compiled kernels cannot be kept: NUMBA_CACHE_DIR, the package's folder and the home folder cannot"
+        f" be written; they lie in {folder} until this process ends"
+    )
+    return folder
+
+
+class FilledLocator(caching._SourceFileBackedLocatorMixin, caching._CacheLocator):  # type: ignore[misc]
+    """A folder with kernels that cannot be written, as in a container: what is there is used."""
+
+    def __init__(self, py_file: str, line: int, folder: str) -> None:
+        self._py_file, self._lineno, self._folder = py_file, line, folder
+
+    @classmethod
+    def from_function(cls, py_func: Any, py_file: str) -> FilledLocator | None:
+        """Return the first of the folders that numba looks at in which a kernel of the file lies."""
+        stem = os.path.splitext(os.path.basename(py_file))[0]
+        elsewhere = cls.get_suitable_cache_subpath(py_file)
+        given = [os.path.join(config.CACHE_DIR, elsewhere)] if config.CACHE_DIR else []
+        for folder in (*given, os.path.join(os.path.dirname(py_file), "__pycache__")):
+            if os.path.isdir(os.path.join(folder, f"{PREFIX}{stem}-{sources.digest(_module_in(py_file))}")):
+                return cls(py_file, py_func.__code__.co_firstlineno, folder)
+        return None
+
+    def get_cache_path(self) -> str:
+        """Return the folder."""
+        return self._folder
+
+
+class TemporaryLocator(FilledLocator):
+    """Where kernels lie when nothing that outlives the process can be written; numba alone gives up."""
+
+    @classmethod
+    def from_function(cls, py_func: Any, py_file: str) -> TemporaryLocator:
+        """Return a folder of this process."""
+        folder = os.path.join(temporary_folder(), cls.get_suitable_cache_subpath(py_file))
+        os.makedirs(folder, exist_ok=True)
+        return cls(py_file, py_func.__code__.co_firstlineno, folder)
+
+
 def install() -> None:
     """Let numba use it for every kernel that is declared from now on."""
     caching.IndexDataCacheFile = KeyedCacheFile
+    # The list of the class that numba has made for every kind of cache.
+    caching.CompileResultCacheImpl._locator_classes.extend((FilledLocator, TemporaryLocator))

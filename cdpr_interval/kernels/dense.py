@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from typing import Any
 
-from numba import njit, types
+from numba import types
 
-from cdpr_interval.kernels.kernel import kernel
+from cdpr_interval.kernels.kernel import entry, kernel
 from cdpr_interval.kernels.lanes import LaneArray, array3, load, store
 
 
-@njit("b1(f8[:, ::1], i8, i8)", cache=True, nogil=True)
+@entry("b1(f8[:, ::1], i8, i8)")
 def solve_in_place(a: Any, n: int, columns: int) -> bool:
     """Solve a small linear system by Gaussian elimination with partial pivoting.
 

@@ -10,24 +10,23 @@ from __future__ import annotations
 
 import math
 
-from numba import njit
-
+from cdpr_interval.kernels.kernel import entry
 from cdpr_interval.kernels.rounding import down, up
 
 
-@njit(cache=True, nogil=True)
+@entry()
 def add(alo: float, ahi: float, blo: float, bhi: float) -> tuple[float, float]:
     """Enclose a + b."""
     return down(alo + blo), up(ahi + bhi)
 
 
-@njit(cache=True, nogil=True)
+@entry()
 def sub(alo: float, ahi: float, blo: float, bhi: float) -> tuple[float, float]:
     """Enclose a - b."""
     return down(alo - bhi), up(ahi - blo)
 
 
-@njit(cache=True, nogil=True)
+@entry()
 def product(a: float, b: float) -> float:
     """Return a b rounded to nearest, with 0 times infinity = 0."""
     if a == 0.0 or b == 0.0:
@@ -35,7 +34,7 @@ def product(a: float, b: float) -> float:
     return a * b
 
 
-@njit(cache=True, nogil=True)
+@entry()
 def mul(alo: float, ahi: float, blo: float, bhi: float) -> tuple[float, float]:
     """Enclose a b."""
     p1 = product(alo, blo)
@@ -45,7 +44,7 @@ def mul(alo: float, ahi: float, blo: float, bhi: float) -> tuple[float, float]:
     return down(min(min(p1, p2), min(p3, p4))), up(max(max(p1, p2), max(p3, p4)))
 
 
-@njit(cache=True, nogil=True)
+@entry()
 def scale(c: float, alo: float, ahi: float) -> tuple[float, float]:
     """Enclose c a for a finite double c."""
     p = product(c, alo)
@@ -53,7 +52,7 @@ def scale(c: float, alo: float, ahi: float) -> tuple[float, float]:
     return down(min(p, q)), up(max(p, q))
 
 
-@njit(cache=True, nogil=True)
+@entry()
 def div(alo: float, ahi: float, blo: float, bhi: float) -> tuple[float, float]:
     """Enclose a / b; the whole line where b touches zero."""
     if blo <= 0.0 <= bhi:
@@ -65,7 +64,7 @@ def div(alo: float, ahi: float, blo: float, bhi: float) -> tuple[float, float]:
     return down(min(min(q1, q2), min(q3, q4))), up(max(max(q1, q2), max(q3, q4)))
 
 
-@njit(cache=True, nogil=True)
+@entry()
 def quotient(a: float, b: float) -> float:
     """Return a / b rounded to nearest for b != 0; infinity over infinity counts as 0.
 
@@ -77,7 +76,7 @@ def quotient(a: float, b: float) -> float:
     return a / b
 
 
-@njit(cache=True, nogil=True)
+@entry()
 def sqr(alo: float, ahi: float) -> tuple[float, float]:
     """Enclose a^2."""
     if alo >= 0.0:
@@ -88,7 +87,7 @@ def sqr(alo: float, ahi: float) -> tuple[float, float]:
     return 0.0, up(m * m)
 
 
-@njit(cache=True, nogil=True)
+@entry()
 def sqrt(alo: float, ahi: float) -> tuple[float, float]:
     """Enclose the square roots of the non-negative part of a; (inf, -inf) where there is none."""
     if ahi < 0.0:
@@ -99,7 +98,7 @@ def sqrt(alo: float, ahi: float) -> tuple[float, float]:
     return lo, up(math.sqrt(ahi))
 
 
-@njit(cache=True, nogil=True)
+@entry()
 def mid(alo: float, ahi: float) -> float:
     """Return a finite number inside a (the middle, up to rounding)."""
     if alo == -math.inf:
@@ -112,20 +111,20 @@ def mid(alo: float, ahi: float) -> float:
     return min(max(m, alo), ahi)
 
 
-@njit(cache=True, nogil=True)
+@entry()
 def rad(alo: float, ahi: float) -> float:
     """Return an upper bound of the distance from ``mid(a)`` to the points of a."""
     m = mid(alo, ahi)
     return max(up(ahi - m), up(m - alo))
 
 
-@njit(cache=True, nogil=True)
+@entry()
 def mag(alo: float, ahi: float) -> float:
     """Return max |a|."""
     return max(abs(alo), abs(ahi))
 
 
-@njit(cache=True, nogil=True)
+@entry()
 def mig(alo: float, ahi: float) -> float:
     """Return min |a|."""
     if alo > 0.0:

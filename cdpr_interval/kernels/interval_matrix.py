@@ -11,17 +11,17 @@ import math
 from typing import Any
 
 import numpy as np
-from numba import njit
 
 from cdpr_interval.kernels import interval
 from cdpr_interval.kernels.dense import solve_in_place
+from cdpr_interval.kernels.kernel import entry
 from cdpr_interval.kernels.rounding import down, up
 
 POSITIVE, NEGATIVE, OPEN = 1, -1, 0
 """What ``definiteness`` proves: positive definite, negative along one direction, neither."""
 
 
-@njit("void(f8[:, :, ::1], f8[:, :, ::1], f8[:, :, ::1])", cache=True, nogil=True)
+@entry("void(f8[:, :, ::1], f8[:, :, ::1], f8[:, :, ::1])")
 def multiply(A: Any, B: Any, out: Any) -> None:
     """Enclose A B in out (m, n, 2) for A (m, k, 2) and B (k, n, 2)."""
     for i in range(A.shape[0]):
@@ -34,7 +34,7 @@ def multiply(A: Any, B: Any, out: Any) -> None:
             out[i, j, 1] = hi
 
 
-@njit("void(f8[:, :, ::1], f8[:, :, ::1], f8[:, :, ::1])", cache=True, nogil=True)
+@entry("void(f8[:, :, ::1], f8[:, :, ::1], f8[:, :, ::1])")
 def congruence(W: Any, Q: Any, out: Any) -> None:
     """Enclose W^T Q W in out (d, d, 2) for a symmetric Q (n, n, 2) and W (n, d, 2)."""
     n, d = W.shape[0], W.shape[1]
@@ -48,7 +48,7 @@ def congruence(W: Any, Q: Any, out: Any) -> None:
     multiply(turned, half, out)
 
 
-@njit("void(f8[:, :, ::1], f8[:, ::1], i8, f8[::1], f8, f8[:, :, ::1])", cache=True, nogil=True)
+@entry("void(f8[:, :, ::1], f8[:, ::1], i8, f8[::1], f8, f8[:, :, ::1])")
 def solve_column(A: Any, a: Any, j: int, slack: Any, norm: float, X: Any) -> None:
     """Enclose column j of the solutions X (m, c, 2) of the systems A (m, m + c, 2), see ``solve``.
 
@@ -84,7 +84,7 @@ def solve_column(A: Any, a: Any, j: int, slack: Any, norm: float, X: Any) -> Non
         X[i, j, 1] = up(guess[i] + up(X[i, j, 1] + error))
 
 
-@njit("b1(f8[:, :, ::1], f8[:, :, ::1])", cache=True, nogil=True)
+@entry("b1(f8[:, :, ::1], f8[:, :, ::1])")
 def solve(A: Any, X: Any) -> bool:
     """Enclose the solutions X (m, c, 2) of the systems A (m, m + c, 2) = [M | B].
 
@@ -119,7 +119,7 @@ def solve(A: Any, X: Any) -> bool:
     return bool(np.isfinite(X).all())
 
 
-@njit("b1(f8[:, :, ::1], i8[::1])", cache=True, nogil=True)
+@entry("b1(f8[:, :, ::1], i8[::1])")
 def pivot_columns(G: Any, columns: Any) -> bool:
     """Order the columns (n,) of G (m, n, 2) so that the first m are well conditioned (complete pivoting)."""
     m, n = G.shape[0], G.shape[1]
@@ -148,7 +148,7 @@ def pivot_columns(G: Any, columns: Any) -> bool:
     return True
 
 
-@njit("b1(f8[:, :, ::1], f8[:, :, ::1])", cache=True, nogil=True)
+@entry("b1(f8[:, :, ::1], f8[:, :, ::1])")
 def kernel_basis(G: Any, basis: Any) -> bool:
     """Enclose a basis (n, n - m, 2) of the kernel of G (m, n, 2), m < n.
 
@@ -177,7 +177,7 @@ def kernel_basis(G: Any, basis: Any) -> bool:
     return True
 
 
-@njit("i8(f8[:, :, ::1])", cache=True, nogil=True)
+@entry("i8(f8[:, :, ::1])")
 def definiteness(Q: Any) -> int:
     """Return ``POSITIVE``, ``NEGATIVE`` or ``OPEN`` for the symmetric matrices in Q (d, d, 2).
 

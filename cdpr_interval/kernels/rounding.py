@@ -19,9 +19,9 @@ from __future__ import annotations
 
 import math
 
-from numba import float64, njit
+from numba import float64
 
-from cdpr_interval.kernels.kernel import kernel
+from cdpr_interval.kernels.kernel import entry, kernel
 from cdpr_interval.kernels.lanes import Lanes, lanes, where_less
 
 PHI = 2.0**-53 * (1.0 + 2.0**-52)
@@ -34,7 +34,7 @@ UNIT = 2.0**-53
 """Unit roundoff u."""
 
 
-@njit(cache=True, nogil=True)
+@entry()
 def down(r: float) -> float:
     """Return a number below every exact value that rounds to ``r``; at most two units below ``r``."""
     if r == math.inf:
@@ -42,7 +42,7 @@ def down(r: float) -> float:
     return r - (PHI * abs(r) + ETA)
 
 
-@njit(cache=True, nogil=True)
+@entry()
 def up(r: float) -> float:
     """Return a number above every exact value that rounds to ``r``; at most two units above ``r``."""
     if r == -math.inf:
@@ -50,7 +50,7 @@ def up(r: float) -> float:
     return r + (PHI * abs(r) + ETA)
 
 
-@njit(cache=True, nogil=True)
+@entry()
 def inflate(error: float, magnitude: float, operations: float) -> float:
     """Return an upper bound of ``error`` plus the rounding errors of a short computation.
 

@@ -10,17 +10,17 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from cdpr_interval.kernels import interval
+from cdpr_interval.kernels.kernel import entry
 from cdpr_interval.mechanics.orientation import Quaternion
 
 HALF_TURNS = np.array([[1.0, 1.0, 1.0], [1.0, -1.0, -1.0], [-1.0, 1.0, -1.0], [-1.0, -1.0, 1.0]])
 """Diagonals of D_c for c = 0..3; chart c holds the unit quaternions whose entry c is largest."""
 
 
-@njit("void(f8[::1], f8[:, ::1])", cache=True, nogil=True)
+@entry("void(f8[::1], f8[:, ::1])")
 def rotation_at(u: Any, R: Any) -> None:
     """Write R(u) to R (3, 3) for u (3,), in floats."""
     square = u[0] * u[0] + u[1] * u[1] + u[2] * u[2]
@@ -35,7 +35,7 @@ def rotation_at(u: Any, R: Any) -> None:
                 R[i, j] = g * (u[i] * u[j] + u[3 - i - j])
 
 
-@njit("void(f8[:, ::1], f8[:, :, ::1], f8[:, :, :, ::1])", cache=True, nogil=True)
+@entry("void(f8[:, ::1], f8[:, :, ::1], f8[:, :, :, ::1])")
 def rotation_interval(z: Any, R: Any, dR: Any) -> None:
     """Enclose R(u) in R (3, 3, 2) and dR/du_k in dR[k], dR (3, 3, 3, 2), over a box z (>= 3, 2) of u."""
     slo, shi = 1.0, 1.0
@@ -88,7 +88,7 @@ def rotation_interval(z: Any, R: Any, dR: Any) -> None:
             R[i, j, 1] = min(nhi, 1.0)
 
 
-@njit("void(f8[:, ::1], i8, f8[:, :, :, ::1], f8[:, :, ::1], f8[:, :, ::1])", cache=True, nogil=True)
+@entry("void(f8[:, ::1], i8, f8[:, :, :, ::1], f8[:, :, ::1], f8[:, :, ::1])")
 def model_rotation(box: Any, chart: int, slopes: Any, point: Any, out: Any) -> None:
     """Enclose R(u) D_c in out (3, 3, 2) over a box (>= 3, 2) of u.
 

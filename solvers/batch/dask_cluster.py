@@ -44,7 +44,7 @@ class DaskCluster:
         try:
             from distributed import Client
         except ImportError:
-            rule = "distributed is not installed: pip install 'cdpr-interval[cluster]'"
+            rule = "distributed is not installed: pip install '.[cluster]'"
             raise InputError(f"--scheduler: {rule}") from None
         if (address is None) == (file is None):
             raise InputError("--scheduler: not together with --scheduler-file")

@@ -13,7 +13,9 @@ from contextlib import contextmanager
 from dataclasses import dataclass, fields
 from pathlib import Path
 from types import TracebackType
-from typing import IO, Any
+from typing import Any
+
+from filelock import FileLock
 
 from cdpr_interval.text.literal import printable
 from solvers.batch.job import Job, Question, Settings
@@ -79,7 +81,7 @@ class Ledger:
     Use `create`, `open` or `peek`.
     """
 
-    def __init__(self, folder: Path, connection: sqlite3.Connection, lock: IO[bytes] | None) -> None:
+    def __init__(self, folder: Path, connection: sqlite3.Connection, lock: FileLock | None) -> None:
         self.folder, self._connection, self._lock = folder, connection, lock
 
     @classmethod
@@ -104,7 +106,7 @@ class Ledger:
         except BaseException:
             if not (folder / FILE).exists():
                 (folder / LOCK).unlink(missing_ok=True)
-            lock.close()
+            lock.release()
             raise
 
     @classmethod
@@ -138,7 +140,7 @@ class Ledger:
             ledger._require_known(version)
         except BaseException:
             if held is not None:
-                held.close()
+                held.release()
             raise
         return ledger
 
@@ -163,7 +165,7 @@ class Ledger:
         """Close the file."""
         self._connection.close()
         if self._lock is not None:
-            self._lock.close()
+            self._lock.release()
 
     def __enter__(self) -> Ledger:
         return self

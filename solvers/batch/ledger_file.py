@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import fcntl
 import itertools
 import json
 import sqlite3
@@ -10,7 +9,8 @@ import time
 from collections.abc import Iterable, Iterator
 from contextlib import closing, contextmanager
 from pathlib import Path
-from typing import IO
+
+from filelock import FileLock, Timeout
 
 from cdpr_interval.errors import CdprError, InputError
 from cdpr_interval.text.literal import printable
@@ -67,18 +67,16 @@ def connected(path: Path) -> sqlite3.Connection:
     return connection
 
 
-def locked(folder: Path) -> IO[bytes]:
+def locked(folder: Path) -> FileLock:
     """Return the lock of the only process that writes; the system frees it when that process dies."""
+    lock = FileLock(folder / LOCK, blocking=False)
     try:
-        stream = (folder / LOCK).open("ab")
+        lock.acquire()
+    except Timeout:
+        raise UnusableLedger(f"{printable(str(folder))}: another process is running this batch") from None
     except OSError as error:
         raise InputError(f"{printable(str(folder))}: cannot be written: {error.strerror}") from None
-    try:
-        fcntl.flock(stream, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except OSError:
-        stream.close()
-        raise UnusableLedger(f"{printable(str(folder))}: another process is running this batch") from None
-    return stream
+    return lock
 
 
 def write(

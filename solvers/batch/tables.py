@@ -207,7 +207,7 @@ def require_parquet() -> None:
     try:
         import pyarrow  # noqa: F401
     except ImportError:
-        rule = "pyarrow is not installed: pip install 'cdpr-interval[cluster]'"
+        rule = "pyarrow is not installed: pip install '.[cluster]'"
         raise InputError(f"outputs.parquet: {rule}") from None
 
 

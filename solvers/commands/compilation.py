@@ -1,28 +1,40 @@
-"""Whether numba compiles: its cache was empty or out of date, and a user waits longer than usual."""
+"""What is logged while a command runs, that kernels are compiled above all, for the command's own display."""
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 
+class Told(logging.Handler):
+    """Hands each message on."""
+
+    def __init__(self, tell: Callable[[str], None]) -> None:
+        super().__init__()
+        self._tell = tell
+
+    def emit(self, record: logging.LogRecord) -> None:
+        """Hand a message on."""
+        self._tell(record.getMessage())
+
+
 @contextmanager
-def listening(tell: Callable[[], None]) -> Iterator[None]:
-    """Call ``tell`` whenever a kernel starts to be compiled; loading one from the cache does not count.
+def listening(tell: Callable[[str], None]) -> Iterator[None]:
+    """Call ``tell`` with what the package logs, instead of what loggers do with it.
 
     Parameters
     ----------
     tell : callable
-        Called from the thread that compiles, also for kernels that are compiled for another one.
+        Takes a line; called from the thread that compiles.
     """
-    from numba.core import event
-
-    class Compilation(event.Listener):  # type: ignore[misc]
-        def on_start(self, event: object) -> None:
-            tell()
-
-        def on_end(self, event: object) -> None:
-            pass
-
-    with event.install_listener("numba:compile", Compilation()):
+    # The name is ``kernels.announcement.LOGGER``; importing that would import numba.
+    logger, handler = logging.getLogger("cdpr_interval"), Told(tell)
+    before = logger.propagate
+    logger.addHandler(handler)
+    logger.propagate = False
+    try:
         yield
+    finally:
+        logger.removeHandler(handler)
+        logger.propagate = before

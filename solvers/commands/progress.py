@@ -6,7 +6,8 @@ import os
 import sys
 import threading
 import time
-from contextlib import AbstractContextManager, ExitStack, nullcontext, suppress
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager, suppress
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, TextIO
 
@@ -47,7 +48,6 @@ class ProgressDisplay:
         self._task, self._done, self._total, self._detail = task, 0.0, None, ""
         self._logs = logs and not self._has_bar
         self._start = self._logged = time.monotonic()
-        self._announced = False
         self._lock = threading.RLock()
         self._is_over = False
         self._bar: Bar | None = None
@@ -61,7 +61,7 @@ class ProgressDisplay:
         from solvers.commands.compilation import listening
 
         self._start = time.monotonic()
-        self._listening.enter_context(listening(self._announce_compilation))
+        self._listening.enter_context(listening(self._say))
         if self._has_bar:
             self._timer.start()
         return self
@@ -131,12 +131,6 @@ class ProgressDisplay:
                 bar.add_task(**self._state())
                 bar.start()
 
-    def _announce_compilation(self) -> None:
-        if self._announced:
-            return
-        self._announced = True
-        self._say("compiling kernels (first run only) ...")
-
     def _say(self, line: str) -> None:
         """Write a line that stays, above the bar."""
         with self._lock:
@@ -147,9 +141,17 @@ class ProgressDisplay:
                 self._stream.flush()
 
 
-def shown(task: str, quiet: bool, logs: bool = False) -> AbstractContextManager[ProgressDisplay | None]:
-    """Give the display of a command on standard error; None where nothing is to be shown."""
-    return nullcontext() if quiet else ProgressDisplay(sys.stderr, task, logs)
+@contextmanager
+def shown(task: str, quiet: bool, logs: bool = False) -> Iterator[ProgressDisplay | None]:
+    """Give the display of a command on standard error; None where nothing is to be shown, nor logged."""
+    from solvers.commands.compilation import listening
+
+    if quiet:
+        with listening(lambda line: None):
+            yield None
+    else:
+        with ProgressDisplay(sys.stderr, task, logs) as display:
+            yield display
 
 
 class Unbroken:

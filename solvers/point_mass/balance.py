@@ -11,15 +11,14 @@ import math
 from typing import Any
 
 import numpy as np
-from numba import njit
 
 from cdpr_interval.kernels.dense import solve_in_place
 from cdpr_interval.kernels.interval import add, mag, mid, mul, scale, sub
-from cdpr_interval.kernels.kernel import kernel
+from cdpr_interval.kernels.kernel import entry, kernel
 from cdpr_interval.kernels.rounding import down, up
 
 
-@njit(cache=True, nogil=True)
+@entry()
 def form(y: Any, lo: Any, hi: Any) -> tuple[float, float]:
     """Enclose y . v for v between the vectors lo (3,) and hi (3,)."""
     slo, shi = 0.0, 0.0
@@ -29,7 +28,7 @@ def form(y: Any, lo: Any, hi: Any) -> tuple[float, float]:
     return slo, shi
 
 
-@njit(cache=True, nogil=True)
+@entry()
 def unit_vectors(cables: Any, load: Any, box: Any, e: Any) -> bool:
     """Write the unit vectors from the cell's centre to the exit points, then that of the load, rows of e."""
     exits = cables[1]
@@ -50,7 +49,7 @@ def unit_vectors(cables: Any, load: Any, box: Any, e: Any) -> bool:
     return True
 
 
-@njit(cache=True, nogil=True)
+@entry()
 def least_norm(e: Any, n: int, r: Any, y: Any) -> bool:
     """Write the shortest y with y . e_i = r_i, r (>= n,), for n <= 3 rows of e; False where singular."""
     work = np.empty((3, 4))
@@ -67,7 +66,7 @@ def least_norm(e: Any, n: int, r: Any, y: Any) -> bool:
     return abs(y[0]) + abs(y[1]) + abs(y[2]) < 1e100
 
 
-@njit(cache=True, nogil=True)
+@entry()
 def separates(cables: Any, load: Any, box: Any, y: Any) -> bool:
     """Prove y . (A_i - p) > 0 for every cable and y . f > 0 over the whole box."""
     exits = cables[1]
@@ -82,7 +81,7 @@ def separates(cables: Any, load: Any, box: Any, y: Any) -> bool:
     return True
 
 
-@njit(cache=True, nogil=True)
+@entry()
 def unbalanced(cables: Any, load: Any, box: Any) -> bool:
     """Prove that no tensions >= 0 of one to three cables balance the load anywhere in the box.
 
@@ -173,7 +172,7 @@ def least_squares_error(exits: Any, load: Any, m: int, box: Any, x: Any, C: Any)
     return beta, error
 
 
-@njit(cache=True, nogil=True)
+@entry()
 def tension_cover(cables: Any, load: Any, box: Any, x: Any, cover: Any) -> bool:
     """Enclose every vector of multipliers that can balance the load over the cell.
 
@@ -214,7 +213,7 @@ def tension_cover(cables: Any, load: Any, box: Any, x: Any, cover: Any) -> bool:
     return True
 
 
-@njit(cache=True, nogil=True)
+@entry()
 def all_cables(m: int) -> Any:
     """Return 0 .. m - 1."""
     index = np.empty(m, dtype=np.int64)

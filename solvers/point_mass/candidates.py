@@ -10,8 +10,8 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numba import njit
 
+from cdpr_interval.kernels.kernel import entry
 from cdpr_interval.kernels.rounding import down
 from solvers.point_mass.duality import closed_form_exists
 from solvers.point_mass.fields import distance
@@ -20,7 +20,7 @@ from solvers.point_mass.one_call import anywhere, tension_bounds
 from solvers.point_mass.system import krawczyk
 
 
-@njit(cache=True, nogil=True)
+@entry()
 def in_reach(cables: Any, box: Any) -> bool:
     """Return False when a box (3, 2) is empty or provably outside the reach of some cable."""
     _, exits, lengths, _, _ = cables
@@ -33,7 +33,7 @@ def in_reach(cables: Any, box: Any) -> bool:
     return True
 
 
-@njit(cache=True, nogil=True)
+@entry()
 def sharpen(
     cables: Any, load: Any, middle: Any, taut: Any, m: int, outer: Any, most: Any, box: Any, tension: Any
 ) -> bool:
@@ -74,7 +74,7 @@ def sharpen(
     return True
 
 
-@njit(cache=True, nogil=True)
+@entry()
 def candidates(
     cables: Any, load: Any, middle: Any, subsets: Any, outer: Any, most: Any, boxes: Any, tensions: Any
 ) -> Any:

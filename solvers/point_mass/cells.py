@@ -17,11 +17,11 @@ import math
 from typing import Any
 
 import numpy as np
-from numba import njit
 
 from cdpr_interval.engine.depth_first import depth_first
 from cdpr_interval.kernels.box import contains, disjoint
 from cdpr_interval.kernels.interval import add, mid, mig, mul, sqr, sub
+from cdpr_interval.kernels.kernel import entry
 from cdpr_interval.kernels.rounding import down, up
 from solvers.point_mass.balance import all_cables, form, tension_cover, unbalanced
 from solvers.point_mass.fields import distance
@@ -36,7 +36,7 @@ SMALL = 2
 """Leaf: smaller than the smallest width, neither proved nor excluded."""
 
 
-@njit(cache=True, nogil=True)
+@entry()
 def shave(exits: Any, c: int, shortest: float, longest: float, box: Any) -> bool:
     """Contract a box to the points with shortest <= |p - A_c| <= longest; False where none is left.
 
@@ -72,7 +72,7 @@ def shave(exits: Any, c: int, shortest: float, longest: float, box: Any) -> bool
     return True
 
 
-@njit(cache=True, nogil=True)
+@entry()
 def other_taut(others: Any, box: Any) -> bool:
     """Return True when a cable that must be slack is too short on the whole box."""
     for c in range(others[2].shape[0]):  # noqa: SIM110 - numba compiles no generator expressions
@@ -81,7 +81,7 @@ def other_taut(others: Any, box: Any) -> bool:
     return False
 
 
-@njit(cache=True, nogil=True)
+@entry()
 def multiplier_cover(cables: Any, load: Any, box: Any, x: Any, cover: Any) -> bool:
     """Enclose every vector of multipliers of elastic taut cables with a pose in the cell.
 
@@ -105,7 +105,7 @@ def multiplier_cover(cables: Any, load: Any, box: Any, x: Any, cover: Any) -> bo
     return True
 
 
-@njit(cache=True, nogil=True)
+@entry()
 def settle(cables: Any, load: Any, box: Any, x: Any, zero: Any, domain: Any) -> bool:
     """Prove that all equilibria of the taut cables in a cell are one proved zero.
 
@@ -124,7 +124,7 @@ def settle(cables: Any, load: Any, box: Any, x: Any, zero: Any, domain: Any) -> 
     return contains(domain, cover, 3 + m)
 
 
-@njit(cache=True, nogil=True)
+@entry()
 def pushed(cables: Any, load: Any, box: Any) -> bool:
     """Prove that the gradient of the energy of elastic cables vanishes nowhere in a cell."""
     value = np.empty((3, 2))
@@ -153,7 +153,7 @@ def pushed(cables: Any, load: Any, box: Any) -> bool:
     return mig(slo, shi) > 0.0
 
 
-@njit(cache=True, nogil=True)
+@entry()
 def affordable(cables: Any, load: Any, exact: bool, low: Any, ceiling: float, box: Any) -> bool:
     """Contract a cell to the points whose energy is not above that of ``low``; False where none is left.
 
@@ -183,7 +183,7 @@ def affordable(cables: Any, load: Any, exact: bool, low: Any, ceiling: float, bo
     return True
 
 
-@njit(cache=True, nogil=True)
+@entry()
 def process(context: Any, cell: Any, children: Any) -> int:
     """Decide one cell, see `cdpr_interval.engine.depth_first`."""
     cables, others, load, limits, exact, low, ceiling = context
@@ -230,7 +230,7 @@ def process(context: Any, cell: Any, children: Any) -> int:
     return 2
 
 
-@njit(cache=True, nogil=True)
+@entry()
 def run_cells(
     context: Any, stack: Any, count: int, leaves: Any, kinds: Any, children: Any, cell_limit: int
 ) -> tuple[int, int, int]:

@@ -25,10 +25,11 @@ from cdpr_interval.robots.formats.given import require_robot
 from solvers.answers.data import CableState
 from solvers.point_mass import scope
 from solvers.point_mass.arrays import RobotArrays, build_arrays, exact_ends, with_load
-from solvers.point_mass.convex import NoPose, after_quick, quick_pose, settle
+from solvers.point_mass.convex import NoPose, after_quick, quick_pose, scaled_cables, settle
 from solvers.point_mass.entry import STATES, Fields
 from solvers.point_mass.fields import OPEN, SLACK, TAUT
 from solvers.point_mass.one_call import DECIDED
+from solvers.point_mass.trap import trap
 from solvers.questions.checked import require_treated, uncertain_data
 from solvers.questions.force import NO_LOAD, ZERO, read_force
 from solvers.questions.lengths import read_lengths
@@ -184,8 +185,8 @@ class PointMass:
         """Compile or load the kernels now, so that no later call waits for them.
 
         Without it the first call, and the first with a cable just taut or slack, take a tenth of a second
-        each to load kernels, and many seconds where they were never compiled on this machine. Only the
-        kernels for wide ranges of elastic cables are left out.
+        each to load kernels, and many seconds where they were never compiled on this machine. The
+        constructor compiles nothing.
         """
         arrays = self._arrays
         if arrays is None:
@@ -195,6 +196,9 @@ class PointMass:
         lengths = np.full((len(self._robot.cables), 2), reach)
         quick_pose(arrays, lengths)
         settle(arrays, lengths)
+        if arrays.is_elastic:
+            # Where length ranges are too wide for Newton.
+            trap(scaled_cables(arrays, lengths), arrays.load)
 
     def solve(
         self, lengths: str | Sequence[Any] | Mapping[str, Any], external_force: Sequence[Any] | None = None

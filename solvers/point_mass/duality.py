@@ -15,14 +15,14 @@ import math
 from typing import Any
 
 import numpy as np
-from numba import njit
 
 from cdpr_interval.kernels.interval import add, div, mul, sqr, sub
+from cdpr_interval.kernels.kernel import entry
 from cdpr_interval.kernels.rounding import down, up
 from solvers.point_mass.fields import distance
 
 
-@njit(cache=True, nogil=True)
+@entry()
 def inside_all(cables: Any, q: Any) -> bool:
     """Prove that a point (3,) is strictly inside every ball, for all lengths and exit points."""
     _, exits, lengths, _, _ = cables
@@ -35,7 +35,7 @@ def inside_all(cables: Any, q: Any) -> bool:
     return True
 
 
-@njit(cache=True, nogil=True)
+@entry()
 def feasible_near(cables: Any, p: Any, deep: Any, q: Any) -> bool:
     """Write the point nearest to ``p`` on the way to ``deep`` that is proved inside every ball.
 
@@ -53,7 +53,7 @@ def feasible_near(cables: Any, p: Any, deep: Any, q: Any) -> bool:
     return inside_all(cables, q)
 
 
-@njit(cache=True, nogil=True)
+@entry()
 def duality_box(cables: Any, load: Any, t: Any, q: Any, box: Any) -> bool:
     """Enclose the lowest point of all balls.
 
@@ -107,7 +107,7 @@ def duality_box(cables: Any, load: Any, t: Any, q: Any, box: Any) -> bool:
     return True
 
 
-@njit(cache=True, nogil=True)
+@entry()
 def largest_tension(cables: Any, load: Any, box: Any, q: Any, c: int) -> float:
     """Bound the tension cable ``c`` can have when the pose lies in a box, in units of force.
 
@@ -132,7 +132,7 @@ def largest_tension(cables: Any, load: Any, box: Any, q: Any, c: int) -> float:
     return up(t * lengths[c, 1])
 
 
-@njit(cache=True, nogil=True)
+@entry()
 def closed_form_exists(cables: Any, load: Any, taut: Any, m: int) -> bool:
     """Return False when the spheres of two or three cables provably have no common point.
 

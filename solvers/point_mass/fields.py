@@ -7,15 +7,14 @@ from __future__ import annotations
 
 from typing import Any
 
-from numba import njit
-
 from cdpr_interval.kernels.interval import add, mul, sqr, sqrt, sub
+from cdpr_interval.kernels.kernel import entry
 
 SLACK, TAUT, OPEN, SWITCHING = 0, 1, 2, 3
 """States of a cable: proved slack, proved taut, undecided, switching (no kernel gives that one)."""
 
 
-@njit(cache=True, nogil=True)
+@entry()
 def distance(exits: Any, c: int, box: Any) -> tuple[float, float]:
     """Enclose |p - A_c| for p in a box (>= 3, 2)."""
     slo, shi = 0.0, 0.0
@@ -26,7 +25,7 @@ def distance(exits: Any, c: int, box: Any) -> tuple[float, float]:
     return sqrt(slo, shi)
 
 
-@njit(cache=True, nogil=True)
+@entry()
 def report(
     cables: Any,
     frame: Any,

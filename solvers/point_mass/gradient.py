@@ -18,12 +18,11 @@ import math
 from typing import Any
 
 import numpy as np
-from numba import njit
 
 from cdpr_interval.engine.krawczyk import LOST, Contractions, around, correction, deviation, preconditioner
 from cdpr_interval.kernels.box import point
 from cdpr_interval.kernels.interval import add, div, mag, mul, sqr, sub
-from cdpr_interval.kernels.kernel import kernel
+from cdpr_interval.kernels.kernel import entry, kernel
 from cdpr_interval.mechanics.cables.compiled import density
 from solvers.point_mass.fields import distance
 from solvers.point_mass.system import TRIES
@@ -33,7 +32,7 @@ CONTRACTIONS = Contractions(most=6, gain=math.inf)
 one that gains much."""
 
 
-@njit(cache=True, nogil=True)
+@entry()
 def multiplier(cables: Any, c: int, box: Any) -> tuple[float, float, float, float]:
     """Enclose max(0, k - k l / rho) over a box, and return the bounds of rho where the cable may be taut.
 
@@ -48,7 +47,7 @@ def multiplier(cables: Any, c: int, box: Any) -> tuple[float, float, float, floa
     return lo, hi, near, far
 
 
-@njit(cache=True, nogil=True)
+@entry()
 def gradient_bounds(cables: Any, load: Any, box: Any, out: Any) -> None:
     """Write an enclosure out (3, 2) of F over a box."""
     _, exits, lengths, _, _ = cables
@@ -64,7 +63,7 @@ def gradient_bounds(cables: Any, load: Any, box: Any, out: Any) -> None:
             out[j, 0], out[j, 1] = add(out[j, 0], out[j, 1], lo, hi)
 
 
-@njit(cache=True, nogil=True)
+@entry()
 def curvature(cables: Any, box: Any, out: Any) -> None:
     """Write an enclosure out (3, 3, 2) of all generalised Jacobians of F over a box."""
     _, exits, lengths, _, w = cables
@@ -128,7 +127,7 @@ def correction_at(cables: Any, load: Any, x: Any, around_x: Any, C: Any, shift: 
     return True
 
 
-@njit(cache=True, nogil=True)
+@entry()
 def gradient_krawczyk(cables: Any, load: Any, x: Any, cover: Any, box: Any, domain: Any) -> bool:
     """Prove and enclose the zero of F near a guess.
 

@@ -15,9 +15,9 @@ import math
 from typing import Any
 
 import numpy as np
-from numba import njit
 
 import cdpr_interval.kernels  # noqa: F401  its cache
+from cdpr_interval.kernels.kernel import entry
 
 LOWEST = 0
 """Status: ``p`` is the lowest point of all balls, up to rounding."""
@@ -33,7 +33,7 @@ EXCHANGE_ERROR = 1e-10
 near touching spheres, and a wrong basis is caught by the proof, never reported."""
 
 
-@njit(cache=True, nogil=True)
+@entry()
 def lowest_of_one(A: Any, L: Any, f: Any, i: int, p: Any, t: Any) -> bool:
     """Write the lowest point of one ball and its multiplier."""
     size = math.sqrt(f[0] * f[0] + f[1] * f[1] + f[2] * f[2])
@@ -43,7 +43,7 @@ def lowest_of_one(A: Any, L: Any, f: Any, i: int, p: Any, t: Any) -> bool:
     return True
 
 
-@njit(cache=True, nogil=True)
+@entry()
 def lowest_of_two(A: Any, L: Any, f: Any, i: int, j: int, p: Any, t: Any) -> bool:
     """Write the lowest point of the circle of two spheres and its multipliers; False where there is none.
 
@@ -69,7 +69,7 @@ def lowest_of_two(A: Any, L: Any, f: Any, i: int, j: int, p: Any, t: Any) -> boo
     return True
 
 
-@njit(cache=True, nogil=True)
+@entry()
 def lowest_of_three(A: Any, L: Any, f: Any, i: int, j: int, h: int, p: Any, t: Any) -> bool:
     """Write the lower common point of three spheres and its multipliers; False where there is none.
 
@@ -104,7 +104,7 @@ def lowest_of_three(A: Any, L: Any, f: Any, i: int, j: int, h: int, p: Any, t: A
     return True
 
 
-@njit(cache=True, nogil=True)
+@entry()
 def lowest_of_subset(A: Any, L: Any, f: Any, taut: Any, m: int, p: Any, t: Any) -> bool:
     """Write the pose and multipliers with which the ``m`` <= 3 cables ``taut`` alone balance the load.
 
@@ -129,7 +129,7 @@ def lowest_of_subset(A: Any, L: Any, f: Any, taut: Any, m: int, p: Any, t: Any) 
     return lowest_of_three(A, L, f, taut[0], taut[1], taut[2], p, t)
 
 
-@njit(cache=True, nogil=True)
+@entry()
 def violation(A: Any, L: Any, p: Any, i: int) -> float:
     """Return by how much (relative to the sizes) p is outside ball ``i``; negative inside."""
     x, y, z = p[0] - A[i, 0], p[1] - A[i, 1], p[2] - A[i, 2]
@@ -137,7 +137,7 @@ def violation(A: Any, L: Any, p: Any, i: int) -> float:
     return (d - L[i]) / (L[i] + abs(A[i, 0]) + abs(A[i, 1]) + abs(A[i, 2]))
 
 
-@njit(cache=True, nogil=True)
+@entry()
 def exchange(A: Any, L: Any, f: Any, members: Any, n: int, basis: Any, p: Any, t: Any) -> int:
     """Find the lowest point of ``n`` <= 4 balls, the last of which is in the basis.
 
@@ -191,7 +191,7 @@ def exchange(A: Any, L: Any, f: Any, members: Any, n: int, basis: Any, p: Any, t
     return size
 
 
-@njit(cache=True, nogil=True)
+@entry()
 def lowest_point(A: Any, L: Any, f: Any, basis: Any, p: Any, t: Any) -> tuple[int, int]:
     """Find the lowest point of all balls.
 

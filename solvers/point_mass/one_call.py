@@ -13,9 +13,9 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numba import njit
 
 from cdpr_interval.kernels.interval import div, mid, mul
+from cdpr_interval.kernels.kernel import entry
 from cdpr_interval.mechanics.cables.compiled import reach
 from solvers.point_mass.fields import OPEN, SLACK, TAUT, distance, report
 from solvers.point_mass.lowest import APART, lowest_of_subset, lowest_point
@@ -30,7 +30,7 @@ NO_POSE = 2
 """The balls of the listed cables seem to have no common point."""
 
 
-@njit(cache=True, nogil=True)
+@entry()
 def springs(elastic: Any, constant: Any, given: Any, lengths: Any) -> Any:
     """Return enclosures (N, 2) of k and of k l from spring constants or EA."""
     count = lengths.shape[0]
@@ -47,7 +47,7 @@ def springs(elastic: Any, constant: Any, given: Any, lengths: Any) -> Any:
     return k, w
 
 
-@njit(cache=True, nogil=True)
+@entry()
 def anywhere(n: int) -> Any:
     """Return the (n, 2) cover that asks nothing of a domain of uniqueness."""
     cover = np.empty((n, 2))
@@ -56,7 +56,7 @@ def anywhere(n: int) -> Any:
     return cover
 
 
-@njit(cache=True, nogil=True)
+@entry()
 def middles(cables: Any, load: Any) -> Any:
     """Return floats (N, 3), (N,), (N,), (3,) inside the enclosures of A, l, k and f."""
     _, exits, lengths, stiffness, _ = cables
@@ -75,7 +75,7 @@ def middles(cables: Any, load: Any) -> Any:
     return A, L, k, f
 
 
-@njit(cache=True, nogil=True)
+@entry()
 def guess_elastic(A: Any, L: Any, k: Any, f: Any, taut: Any, x: Any) -> int:
     """Write the minimum of the energy: the taut cables and x = (p, t); return their number.
 
@@ -106,7 +106,7 @@ def guess_elastic(A: Any, L: Any, k: Any, f: Any, taut: Any, x: Any) -> int:
     return m
 
 
-@njit(cache=True, nogil=True)
+@entry()
 def guess_inextensible(A: Any, L: Any, f: Any, taut: Any, x: Any) -> tuple[int, int]:
     """Write the lowest point of the balls: the taut cables and x = (p, t); return status and number.
 
@@ -135,7 +135,7 @@ def guess_inextensible(A: Any, L: Any, f: Any, taut: Any, x: Any) -> tuple[int, 
     return DECIDED, m
 
 
-@njit(cache=True, nogil=True)
+@entry()
 def tension_bounds(cables: Any, taut: Any, m: int, box: Any, tension: Any) -> None:
     """Write the tensions (N, 2) = multiplier times distance, zero outside the taut set."""
     lengths = cables[2]
@@ -147,7 +147,7 @@ def tension_bounds(cables: Any, taut: Any, m: int, box: Any, tension: Any) -> No
         tension[c, 0], tension[c, 1] = mul(box[3 + a, 0], box[3 + a, 1], lo, hi)
 
 
-@njit(cache=True, nogil=True)
+@entry()
 def classify(cables: Any, taut: Any, m: int, box: Any, states: Any) -> tuple[bool, bool]:
     """Decide every cable's state over the enclosure of an equilibrium of the cables ``taut``.
 
@@ -175,7 +175,7 @@ def classify(cables: Any, taut: Any, m: int, box: Any, states: Any) -> tuple[boo
     return carried, fits
 
 
-@njit(cache=True, nogil=True)
+@entry()
 def in_units(lengths: Any, unit: float) -> Any:
     """Return lengths (N, 2) divided by a unit that is a power of two, which is exact."""
     scaled = np.empty((lengths.shape[0], 2))
@@ -184,7 +184,7 @@ def in_units(lengths: Any, unit: float) -> Any:
     return scaled
 
 
-@njit(cache=True, nogil=True)
+@entry()
 def prove_pose(
     cables: Any, load: Any, frame: Any, taut: Any, m: int, x: Any, bounds: Any, states: Any
 ) -> int:
@@ -216,7 +216,7 @@ def prove_pose(
     return DECIDED
 
 
-@njit(cache=True, nogil=True)
+@entry()
 def balls_pose(exits: Any, lengths: Any, load: Any, frame: Any, bounds: Any, states: Any) -> int:
     """Find the static pose of inextensible cables and prove that it is the only one.
 
@@ -254,7 +254,7 @@ def balls_pose(exits: Any, lengths: Any, load: Any, frame: Any, bounds: Any, sta
     return prove_pose(cables, load, frame, taut, m, x, bounds, states)
 
 
-@njit(cache=True, nogil=True)
+@entry()
 def springs_pose(
     constant: Any, given: Any, exits: Any, lengths: Any, load: Any, frame: Any, bounds: Any, states: Any
 ) -> int:

@@ -14,9 +14,9 @@ import math
 from typing import Any
 
 import numpy as np
-from numba import njit
 
 from cdpr_interval.kernels.dense import solve_in_place
+from cdpr_interval.kernels.kernel import entry
 
 STEPS = 200
 """Most Newton steps: 5 to 15 are usual, stiff springs that change state one at a time need more."""
@@ -26,7 +26,7 @@ RESIDUAL = 1e-15
 """Relative residual at which the iteration ends: the rounding error of the sum of the forces."""
 
 
-@njit(cache=True, nogil=True)
+@entry()
 def gradient(A: Any, L: Any, k: Any, f: Any, p: Any, g: Any) -> float:
     """Write sum of the spring forces minus f at p; return the sum of the force magnitudes."""
     size = 0.0
@@ -46,7 +46,7 @@ def gradient(A: Any, L: Any, k: Any, f: Any, p: Any, g: Any) -> float:
     return size
 
 
-@njit(cache=True, nogil=True)
+@entry()
 def direction(A: Any, L: Any, k: Any, f: Any, p: Any, g: Any, work: Any, step: Any) -> bool:
     """Write the Newton direction at p, with a little damping where the energy is flat."""
     for a in range(3):
@@ -80,7 +80,7 @@ def direction(A: Any, L: Any, k: Any, f: Any, p: Any, g: Any, work: Any, step: A
     return True
 
 
-@njit(cache=True, nogil=True)
+@entry()
 def slope(A: Any, L: Any, k: Any, f: Any, p: Any, step: Any, a: float, q: Any, g: Any) -> float:
     """Return the derivative of E along ``step`` at p + a step, writing that point and its gradient."""
     for j in range(3):
@@ -89,7 +89,7 @@ def slope(A: Any, L: Any, k: Any, f: Any, p: Any, step: Any, a: float, q: Any, g
     return g[0] * step[0] + g[1] * step[1] + g[2] * step[2]
 
 
-@njit(cache=True, nogil=True)
+@entry()
 def lowest_energy(A: Any, L: Any, k: Any, f: Any, p: Any) -> bool:
     """Move p to the minimum of the energy.
 

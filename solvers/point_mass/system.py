@@ -23,14 +23,13 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numba import njit
 
 from cdpr_interval.engine.krawczyk import LOST, Contractions, Tries, around, correction
 from cdpr_interval.engine.newton import Pace, newton
 from cdpr_interval.kernels.box import point
 from cdpr_interval.kernels.dense import solve_in_place
 from cdpr_interval.kernels.interval import add, mid, mul, scale, sqr, sub
-from cdpr_interval.kernels.kernel import kernel
+from cdpr_interval.kernels.kernel import entry, kernel
 from cdpr_interval.mechanics.cables.compiled import compliance, reach
 
 NEWTON_STEPS = 2
@@ -52,7 +51,7 @@ def spokes_over(exits: Any, taut: Any, m: int, box: Any, spokes: Any) -> None:
             spokes[i, j, 0], spokes[i, j, 1] = sub(box[j, 0], box[j, 1], lo, hi)
 
 
-@njit(cache=True, nogil=True)
+@entry()
 def evaluate(cables: Any, load: Any, taut: Any, m: int, box: Any, spokes: Any, out: Any) -> None:
     """Enclose the system over a box.
 
@@ -166,7 +165,7 @@ def deviate(context: Any, box: Any, E: Any) -> None:
             E[r, 3 + i, 0], E[r, 3 + i, 1] = sub(d, d, slo, shi)
 
 
-@njit(cache=True, nogil=True)
+@entry()
 def krawczyk(cables: Any, load: Any, taut: Any, m: int, x: Any, cover: Any, box: Any, domain: Any) -> bool:
     """Prove the equilibrium of a taut set near a guess and enclose it to the float limit.
 

@@ -39,9 +39,7 @@ def require_matplotlib() -> Any:
         from matplotlib.backends.backend_agg import FigureCanvasAgg
         from matplotlib.figure import Figure
     except ImportError:
-        raise InputError(
-            "--figures: matplotlib is not installed: pip install 'cdpr-interval[plot]'"
-        ) from None
+        raise InputError("--figures: matplotlib is not installed: pip install '.[plot]'") from None
 
     def figure(width: float, height: float) -> Any:
         made = Figure(figsize=(width, height), layout="constrained")

@@ -58,7 +58,7 @@ def require_plotly() -> Any:
     try:
         import plotly.graph_objects as objects
     except ImportError:
-        raise InputError("report: plotly is not installed: pip install 'cdpr-interval[report]'") from None
+        raise InputError("report: plotly is not installed: pip install '.[report]'") from None
     return objects
 
 

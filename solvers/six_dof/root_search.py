@@ -18,13 +18,12 @@ import math
 from typing import Any, NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from cdpr_interval.engine.krawczyk import preconditioner
 from cdpr_interval.engine.scratch import Scratch
 from cdpr_interval.kernels.box import copy, point
-from cdpr_interval.kernels.kernel import kernel
+from cdpr_interval.kernels.kernel import entry, kernel, part
 from cdpr_interval.mechanics.six_dof.system import (
     existence_box,
     fill_data,
@@ -118,7 +117,7 @@ class Workplace(NamedTuple):
     """(6 + n, 2) the uniqueness box that is tried."""
 
 
-@njit("f8(f8[:, ::1], f8[:, ::1], f8[::1])", cache=True, nogil=True)
+@entry("f8(f8[:, ::1], f8[:, ::1], f8[::1])")
 def middle_position(box: Any, triple: Any, x: Any) -> float:
     """Write x = p - c_1 at the middle of a box; return x . (d_2 x d_3) there, whose sign is the branch.
 
@@ -133,7 +132,7 @@ def middle_position(box: Any, triple: Any, x: Any) -> float:
     return side
 
 
-@njit("void(f8[:, ::1], b1[::1], f8, f8[::1])", cache=True, nogil=True)
+@entry("void(f8[:, ::1], b1[::1], f8, f8[::1])")
 def sides_around(box: Any, frozen: Any, reach: float, cell: Any) -> None:
     """Write the bounds of u within ``reach`` of a box to a cell, all its other entries zero."""
     cell[:] = 0.0
@@ -143,7 +142,7 @@ def sides_around(box: Any, frozen: Any, reach: float, cell: Any) -> None:
         cell[2 * k + 1] = box[k, 1] + pad
 
 
-@njit("void(f8[:, ::1], f8[::1], f8[::1], i8[::1], f8, f8, f8[:, ::1])", cache=True, nogil=True)
+@entry("void(f8[:, ::1], f8[::1], f8[::1], i8[::1], f8, f8, f8[:, ::1])")
 def widened(box: Any, lo: Any, hi: Any, free: Any, reach: float, size: float, out: Any) -> None:
     """Write the hull of a proved box and an enclosure, with a margin, to the free unknowns of out (6 + n, 2).
 
@@ -178,7 +177,7 @@ def known(charts: Any, unique: Any, count: int, chart: int, lo: Any, hi: Any) ->
     return False
 
 
-@njit("i8(i8, i8, f8)", cache=True, nogil=True)
+@entry("i8(i8, i8, f8)")
 def next_halving(halving: int, proved: int, growth: float) -> int:
     """Return which power of 1/2 to try after ``halving`` gave this growth; -1 when the search is over.
 
@@ -214,7 +213,7 @@ def ends(box: Any, lo: Any, hi: Any) -> None:
 
 # Inlined, as the next ones: numba takes long to compile a function that takes a whole model, and what calls
 # the enclosures of cells is compiled with them.
-@njit(cache=True, nogil=True, inline="always")
+@part()
 def seed(model: Any, system: Any, chart: int, leaf: Any, in_position: bool, at: Any) -> None:
     """Write the pose in the middle of a leaf (width,), tensions that go with it, and the system there."""
     fill_data(model, chart, at.data)
@@ -230,7 +229,7 @@ def seed(model: Any, system: Any, chart: int, leaf: Any, in_position: bool, at: 
         across_rod(at.z[:3], at.rows)
 
 
-@njit(cache=True, nogil=True, inline="always")
+@part()
 def enclosed(system: Any, free: Any, ranges: bool, at: Any, box: Any) -> bool:
     """Write a box (6 + n, 2) around the zero that holds exactly one; False where that is not proved."""
     if system.rod:
@@ -247,19 +246,19 @@ def enclosed(system: Any, free: Any, ranges: bool, at: Any, box: Any) -> bool:
     return not (system.rod and widest > ROD_WIDTH)
 
 
-@njit(cache=True, nogil=True, inline="always")
+@part()
 def turn_bounds(model: Any, scratch: Any, cell: Any, at: Any) -> bool:
     """Enclose (u, p, t) of every equilibrium in a cell in u (width,); False where t is not bounded."""
     return turn.enclose_cell(scratch, model, cell, at.lo, at.hi)
 
 
-@njit(cache=True, nogil=True, inline="always")
+@part()
 def pose_bounds(model: Any, scratch: Any, cell: Any, at: Any) -> bool:
     """Enclose (u, p, t) of every equilibrium in a cell in (u, x) (width,); False where t is not bounded."""
     return pose.enclose_cell(scratch, model, cell, at.lo, at.hi)
 
 
-@njit(cache=True, nogil=True, inline="always")
+@part()
 def alone(model: Any, system: Any, bench: Any, chart: int, at: Any, box: Any, unique: Any) -> bool:
     """Write the largest uniqueness box (6 + n, 2) of a series around a proved box; False: none is proved."""
     triple, x = np.empty((3, 3)), np.empty(3)
@@ -290,7 +289,7 @@ def alone(model: Any, system: Any, bench: Any, chart: int, at: Any, box: Any, un
     return proved >= 0
 
 
-@njit(cache=True, nogil=True, inline="always")
+@part()
 def sharpest(model: Any, free: Any, ranges: bool, at: Any, box: Any, core: Any) -> None:
     """Write the box (6 + n, 2) of the zero for one choice of the lengths, to tell roots apart by."""
     narrower = False
@@ -306,7 +305,7 @@ def sharpest(model: Any, free: Any, ranges: bool, at: Any, box: Any, core: Any) 
         copy(box, core)
 
 
-@njit(cache=True, nogil=True, inline="always")
+@part()
 def strike_settled(model: Any, bench: Any, count: int, leaves: Any, todo: Any, columns: Any, at: Any) -> None:
     """Strike off a few leaves those whose equilibria all lie in the uniqueness box of one root known."""
     for k in range(leaves.shape[0]):
@@ -321,7 +320,7 @@ def strike_settled(model: Any, bench: Any, count: int, leaves: Any, todo: Any, c
             todo[k] = False
 
 
-@njit(cache=True, nogil=True, inline="always")
+@part()
 def workplace(model: Any, system: Any) -> Any:
     """Return the arrays in which one zero after the other is found."""
     k, m = 6 + model.n_taut, system.free.shape[1]
@@ -338,7 +337,7 @@ def workplace(model: Any, system: Any) -> Any:
     )
 
 
-@njit(cache=True, nogil=True)
+@entry()
 def find_roots(
     model: Any,
     system: Any,

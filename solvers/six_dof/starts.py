@@ -11,9 +11,9 @@ import math
 from typing import Any
 
 import numpy as np
-from numba import njit
 
 from cdpr_interval.kernels.dense import solve_in_place
+from cdpr_interval.kernels.kernel import entry
 from cdpr_interval.mechanics.rotation import rotation_at
 from solvers.six_dof.cells.columns import ROTATION_COLUMNS
 
@@ -21,7 +21,7 @@ REGULARISATION = 1e-13
 """Share of the trace added to the normal equations of the starting tensions: wrenches may be dependent."""
 
 
-@njit("void(f8[::1], f8[::1], f8, f8, f8, f8, f8[::1])", cache=True, nogil=True)
+@entry("void(f8[::1], f8[::1], f8, f8, f8, f8, f8[::1])")
 def branch_position(a: Any, b: Any, k2: float, k3: float, square: float, branch: float, z: Any) -> None:
     """Write x with a . x = k2, b . x = k3, |x|^2 = square on the side ``branch`` of a x b to z[3:6].
 
@@ -42,7 +42,7 @@ def branch_position(a: Any, b: Any, k2: float, k3: float, square: float, branch:
         z[3 + k] += height * m[k]
 
 
-@njit("void(f8[:, :, ::1], f8[:, ::1], i8, f8[::1])", cache=True, nogil=True)
+@entry("void(f8[:, :, ::1], f8[:, ::1], i8, f8[::1])")
 def centre_at(data: Any, R: Any, i: int, out: Any) -> None:
     """Write the centre c_i = A_i - R D_c b_i of a taut cable's sphere to out (3,), in floats."""
     for k in range(3):
@@ -51,7 +51,7 @@ def centre_at(data: Any, R: Any, i: int, out: Any) -> None:
             out[k] -= R[k, c] * 0.5 * (data[i, 3 + c, 0] + data[i, 3 + c, 1])
 
 
-@njit("void(f8[:, :, ::1], i8[::1], b1, f8[::1], f8[:, ::1])", cache=True, nogil=True)
+@entry("void(f8[:, :, ::1], i8[::1], b1, f8[::1], f8[:, ::1])")
 def triple_at(data: Any, order: Any, planar: bool, u: Any, out: Any) -> None:
     """Write c_1 and the steps c_2 - c_1, c_3 - c_1 of a triple at u to the rows of out (3, 3), in floats.
 
@@ -69,7 +69,7 @@ def triple_at(data: Any, order: Any, planar: bool, u: Any, out: Any) -> None:
             out[2, k] -= out[0, k]
 
 
-@njit("void(f8[:, :, ::1], i8[::1], b1, f8, f8[::1])", cache=True, nogil=True)
+@entry("void(f8[:, :, ::1], i8[::1], b1, f8, f8[::1])")
 def position_on_branch(data: Any, order: Any, planar: bool, branch: float, z: Any) -> None:
     """Write p of one branch at u to z[3:6], in floats; branch 0 stands for the middle between both."""
     triple = np.empty((3, 3))
@@ -86,7 +86,7 @@ def position_on_branch(data: Any, order: Any, planar: bool, branch: float, z: An
         z[3 + k] += triple[0, k]
 
 
-@njit("void(f8[:, :, ::1], i8[::1], b1, f8[::1], b1, b1[::1], f8[::1])", cache=True, nogil=True)
+@entry("void(f8[:, :, ::1], i8[::1], b1, f8[::1], b1, b1[::1], f8[::1])")
 def leaf_pose(data: Any, order: Any, planar: bool, leaf: Any, in_position: bool, frozen: Any, z: Any) -> None:
     """Write u and p at the middle of a leaf to z; what the reduction fixes becomes exactly 0.
 
@@ -108,7 +108,7 @@ def leaf_pose(data: Any, order: Any, planar: bool, leaf: Any, in_position: bool,
         z[4] = 0.0
 
 
-@njit("void(f8[:, :, ::1], f8, f8[::1])", cache=True, nogil=True)
+@entry("void(f8[:, :, ::1], f8, f8[::1])")
 def starting_tensions(data: Any, size: float, z: Any) -> None:
     """Write t that balance the load best to z[6:], in floats (least squares by normal equations).
 
@@ -145,7 +145,7 @@ def starting_tensions(data: Any, size: float, z: Any) -> None:
         z[6 + i] = a[i, n] if solved else 0.0
 
 
-@njit("void(f8[::1], f8[:, ::1])", cache=True, nogil=True)
+@entry("void(f8[::1], f8[:, ::1])")
 def across_rod(u: Any, rows: Any) -> None:
     """Fill the last two combinations of the statics, of rows (5, 6): moments across the platform's z axis."""
     R = np.empty((3, 3))
@@ -167,7 +167,7 @@ def across_rod(u: Any, rows: Any) -> None:
         rows[4, 3 + k] = R[i, 2] * rows[3, 3 + j] - R[j, 2] * rows[3, 3 + i]
 
 
-@njit("void(f8[:, ::1], b1[::1], i8, i8, i8, f8)", cache=True, nogil=True)
+@entry("void(f8[:, ::1], b1[::1], i8, i8, i8, f8)")
 def claim(leaves: Any, todo: Any, k: int, chart: int, branch: int, reach: float) -> None:
     """Strike leaf k and those it speaks for off the list; ``branch`` is its column, -1 for none."""
     for i in range(k, leaves.shape[0]):

@@ -24,13 +24,13 @@ import math
 from typing import Any
 
 import numpy as np
-from numba import njit, types
+from numba import types
 from numpy.typing import NDArray
 
 from cdpr_interval.engine.krawczyk import Tries, correction, growth, inflated, stretched
 from cdpr_interval.kernels import interval, interval_matrix
 from cdpr_interval.kernels.box import accumulate, contains, gather, meet, point, scatter, spread
-from cdpr_interval.kernels.kernel import kernel
+from cdpr_interval.kernels.kernel import entry, kernel, part
 from cdpr_interval.kernels.rounding import down, up
 from cdpr_interval.mechanics.rotation import rotation_interval
 from cdpr_interval.mechanics.six_dof import system as newton
@@ -64,7 +64,7 @@ and the last power of 1/2 of it. A larger one than the first comes first where t
 array, index = types.float64, types.int64
 
 
-@njit("b1(f8[::1], f8, f8, f8[:, ::1])", cache=True, nogil=True)
+@entry("b1(f8[::1], f8, f8, f8[:, ::1])")
 def region(z: Any, radius: float, size: float, X: Any) -> bool:
     """Write the bounds of u and p in the region around z to X; False where its rotations are too many.
 
@@ -82,7 +82,7 @@ def region(z: Any, radius: float, size: float, X: Any) -> bool:
     return True
 
 
-@njit("void(f8[:, :, ::1], f8[:, ::1], f8[:, ::1], i8[::1], f8[:, :, ::1])", cache=True, nogil=True)
+@entry("void(f8[:, :, ::1], f8[:, ::1], f8[:, ::1], i8[::1], f8[:, :, ::1])")
 def fill_data(cables: Any, load: Any, lengths: Any, chosen: Any, data: Any) -> None:
     """Write A_i, D_c b_i and l_i^2 of the chosen cables, and the load, to ``data`` (n + 1, 7, 2).
 
@@ -97,7 +97,7 @@ def fill_data(cables: Any, load: Any, lengths: Any, chosen: Any, data: Any) -> N
         data[n, k, 0], data[n, k, 1] = load[k, 0], load[k, 1]
 
 
-@njit("void(f8[:, :, ::1], i8, f8[:, :, ::1], f8[:, ::1], f8[:, ::1], f8[:, ::1])", cache=True, nogil=True)
+@entry("void(f8[:, :, ::1], i8, f8[:, :, ::1], f8[:, ::1], f8[:, ::1], f8[:, ::1])")
 def arm_and_spoke(data: Any, i: int, R: Any, X: Any, r: Any, e: Any) -> None:
     """Enclose r_i in r (3, 2) and e_i in e (3, 2) of a cable over the region."""
     newton.matrix_point(R, data, i, r)
@@ -106,7 +106,7 @@ def arm_and_spoke(data: Any, i: int, R: Any, X: Any, r: Any, e: Any) -> None:
         e[k, 0], e[k, 1] = interval.sub(lo, hi, r[k, 0], r[k, 1])
 
 
-@njit("i8(f8[:, :, ::1], f8[:, :, ::1], f8[:, ::1])", cache=True, nogil=True)
+@entry("i8(f8[:, :, ::1], f8[:, :, ::1], f8[:, ::1])")
 def tight_cable(others: Any, R: Any, X: Any) -> int:
     """Return a cable of ``others`` that may be as long as its length somewhere in the region, else -1.
 
@@ -124,7 +124,7 @@ def tight_cable(others: Any, R: Any, X: Any) -> int:
     return -1
 
 
-@njit("b1(f8[:, :, ::1], f8[:, :, ::1], f8[:, ::1], f8, f8[:, :, ::1])", cache=True, nogil=True)
+@entry("b1(f8[:, :, ::1], f8[:, :, ::1], f8[:, ::1], f8, f8[:, :, ::1])")
 def tensions(data: Any, R: Any, X: Any, size: float, T: Any) -> bool:
     """Enclose all t in T (n, 1, 2) that balance the load somewhere in the region; False where that fails.
 
@@ -157,16 +157,12 @@ def tensions(data: Any, R: Any, X: Any, size: float, T: Any) -> bool:
     return bool(interval_matrix.solve(A, T))
 
 
-@njit(cache=True, nogil=True, inline="always")
+@part()
 def everywhere(context: Any, box: Any, E: Any) -> None:
     """Leave E (m, m, 2), which encloses I - C J over all of X, as it is for any box (m, 2) in X."""
 
 
-@njit(
-    "b1(f8[:, ::1], f8[:, :, ::1], i8[::1], f8[:, ::1], f8[::1], f8[:, ::1], f8[:, ::1])",
-    cache=True,
-    nogil=True,
-)
+@entry("b1(f8[:, ::1], f8[:, :, ::1], i8[::1], f8[:, ::1], f8[::1], f8[:, ::1], f8[:, ::1])")
 def box_around(f: Any, E: Any, free: Any, C: Any, z: Any, X: Any, box: Any) -> bool:
     """Write a box around z that the Krawczyk operator maps strictly into itself, contracted.
 
@@ -199,7 +195,7 @@ def box_around(f: Any, E: Any, free: Any, C: Any, z: Any, X: Any, box: Any) -> b
     return True
 
 
-@njit("b1(f8[:, :, ::1], i8[::1], f8[:, ::1])", cache=True, nogil=True)
+@entry("b1(f8[:, :, ::1], i8[::1], f8[:, ::1])")
 def lone(E: Any, free: Any, X: Any) -> bool:
     """Return True when E (m, m, 2) proves that X (6 + n, 2) holds at most one zero."""
     room = np.empty((free.shape[0], 2))
@@ -207,7 +203,7 @@ def lone(E: Any, free: Any, X: Any) -> bool:
     return growth(E, room) < 1.0
 
 
-@njit(cache=True, nogil=True, inline="always")
+@part()
 def contract(data: Any, rows: Any, free: Any, C: Any, box: Any) -> None:
     """Intersect a box (6 + n, 2) with its image under the Krawczyk operator, which holds all its zeros."""
     image = np.empty(box.shape)
@@ -215,7 +211,7 @@ def contract(data: Any, rows: Any, free: Any, C: Any, box: Any) -> None:
     meet(image, box)
 
 
-@njit("b1(f8[::1], f8[:, ::1], f8, f8)", cache=True, nogil=True)
+@entry("b1(f8[::1], f8[:, ::1], f8, f8)")
 def holds(z: Any, box: Any, radius: float, size: float) -> bool:
     """Return True when every pose of a box (>= 6, 2) lies in the region around z; also False for NaN.
 
@@ -252,7 +248,7 @@ def ranged(lengths: Any, chosen: Any) -> bool:
     return False
 
 
-@njit(cache=True, nogil=True, inline="always")
+@part()
 def loads(far: Any, data: Any, taut: Any, others: Any, size: float, X: Any) -> tuple[int, int]:
     """Prove over a region that the cables ``taut`` (n,) carry and the ``others`` (N - n,) do not.
 
@@ -275,7 +271,7 @@ def loads(far: Any, data: Any, taut: Any, others: Any, size: float, X: Any) -> t
     return (LOOSE, cable) if cable >= 0 else (TRACKED, -1)
 
 
-@njit(
+@entry(
     types.UniTuple(types.int64, 3)(
         array[:, :, ::1],
         array[:, ::1],
@@ -287,9 +283,7 @@ def loads(far: Any, data: Any, taut: Any, others: Any, size: float, X: Any) -> t
         array[::1],
         array[::1],
         array[:, ::1],
-    ),
-    cache=True,
-    nogil=True,
+    )
 )
 def track(
     cables: Any,

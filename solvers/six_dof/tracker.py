@@ -40,6 +40,7 @@ from solvers.six_dof.estimate import Body, Estimate, Guess, estimate
 from solvers.six_dof.forward import solve
 from solvers.six_dof.place import Place, guess_of, is_single, place_of
 from solvers.six_dof.prepared import cables_of
+from solvers.six_dof.roots import GENERAL, system_of
 from solvers.six_dof.track import (
     BROAD,
     LOOSE,
@@ -101,7 +102,8 @@ class Tracker:
 
     Notes
     -----
-    An instance has a state and belongs to one thread: two calls at once raise `CdprError`.
+    An instance has a state and belongs to one thread: two calls at once raise `CdprError`. The constructor
+    compiles nothing; see `warm_up`.
 
     Examples
     --------
@@ -177,14 +179,34 @@ class Tracker:
             self._place, self._guess = place_of(self._body, start), None
 
     def warm_up(self) -> None:
-        """Compile or load the kernels now, so that no later call waits for them (many seconds once)."""
+        """Compile or load the kernels now, so that no later call waits for them.
+
+        Without it the first `update` does. Where nothing is compiled yet that takes the better part of a
+        minute with a start to go on from, and more than one without: the search for a start needs the
+        kernels of `forward_kinematics` too.
+        """
         try:
             load = self._under(None)
         except InputError:
             # A weightless platform: the force comes with the calls.
             load = self._under((0.0, 0.0, -1.0))
-        taut = np.zeros(1, dtype=np.int64)
-        self._fields(load, 0, np.ones((7, 2)), taut, np.ones((self._count, 2)))
+        assert self._charts is not None
+        taut, lengths = np.zeros(1, dtype=np.int64), np.ones((self._count, 2))
+        self._fields(load, 0, np.ones((7, 2)), taut, lengths)
+        system = system_of(GENERAL, 1)
+        radii = np.array((self._size, self._radius, 0.0, 0.0))
+        # One cable, far away: its pose is one of a family, and never proved to be the only one.
+        z = np.array([0.0, 0.0, 0.0, 1e3, 1e3, 1e3, 1.0])
+        order = np.arange(self._count, dtype=np.int64)
+        track(
+            self._charts[0], load.bounds, lengths, order, system.rows, system.free[0].copy(), radii,
+            z, np.empty(7), np.empty((7, 2)),
+        )  # fmt: skip
+        if self._place is None:
+            from solvers.six_dof import warming
+
+            warming.points()
+            warming.searches()
 
     def update(
         self, lengths: str | Sequence[Any] | Any, external_force: Sequence[Any] | None = None

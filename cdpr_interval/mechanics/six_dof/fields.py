@@ -9,10 +9,10 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from cdpr_interval.kernels import interval, interval_matrix
+from cdpr_interval.kernels.kernel import entry
 from cdpr_interval.mechanics.rotation import model_rotation
 
 Floats = NDArray[np.float64]
@@ -67,7 +67,7 @@ class Fields(NamedTuple):
     """(m,) ``STABLE``, ``UNSTABLE`` (where no tension or slack is zero) or ``OPEN``."""
 
 
-@njit("void(f8[:, :, ::1], f8[:, :, ::1])", cache=True, nogil=True)
+@entry("void(f8[:, :, ::1], f8[:, :, ::1])")
 def copy(a: Any, out: Any) -> None:
     """Copy the bounds a (k, l, 2) to out (k, l, 2), see ``box.copy``."""
     for i in range(a.shape[0]):
@@ -76,14 +76,14 @@ def copy(a: Any, out: Any) -> None:
             out[i, j, 1] = a[i, j, 1]
 
 
-@njit("void(f8[:, :, ::1], f8[:, :, ::1], f8[:, :, ::1])", cache=True, nogil=True)
+@entry("void(f8[:, :, ::1], f8[:, :, ::1], f8[:, :, ::1])")
 def difference(a: Any, b: Any, out: Any) -> None:
     """Enclose a - b in out (3, 1, 2) for columns a, b (3, 1, 2)."""
     for k in range(3):
         out[k, 0, 0], out[k, 0, 1] = interval.sub(a[k, 0, 0], a[k, 0, 1], b[k, 0, 0], b[k, 0, 1])
 
 
-@njit("UniTuple(f8, 2)(f8[:, :, ::1])", cache=True, nogil=True)
+@entry("UniTuple(f8, 2)(f8[:, :, ::1])")
 def norm(e: Any) -> tuple[float, float]:
     """Enclose |e| of a column e (3, 1, 2)."""
     slo, shi = 0.0, 0.0
@@ -94,7 +94,7 @@ def norm(e: Any) -> tuple[float, float]:
     return lo, hi
 
 
-@njit("void(f8[:, :, ::1], f8[:, :, ::1], f8[:, ::1])", cache=True, nogil=True)
+@entry("void(f8[:, :, ::1], f8[:, :, ::1], f8[:, ::1])")
 def wrench(e: Any, r: Any, out: Any) -> None:
     """Write the bounds of (e, r x e) to out (6, 2), for columns e, r (3, 1, 2)."""
     for k in range(3):
@@ -105,7 +105,7 @@ def wrench(e: Any, r: Any, out: Any) -> None:
         out[3 + k, 0], out[3 + k, 1] = interval.sub(lo, hi, a, b)
 
 
-@njit("b1(f8[:, :, ::1], f8[:, :, ::1], f8[:, ::1])", cache=True, nogil=True)
+@entry("b1(f8[:, :, ::1], f8[:, :, ::1], f8[:, ::1])")
 def densities_by_balance(wrenches: Any, load: Any, t: Any) -> bool:
     """Enclose t (6, 2) of six taut cables with wrenches (6, 6, 2) that balance the load (3, 1, 2)."""
     A = np.zeros((6, 7, 2))
@@ -122,7 +122,7 @@ def densities_by_balance(wrenches: Any, load: Any, t: Any) -> bool:
     return True
 
 
-@njit("void(f8[:, :, :, ::1], f8[:, :, :, ::1], f8[:, ::1], f8[:, :, ::1])", cache=True, nogil=True)
+@entry("void(f8[:, :, :, ::1], f8[:, :, :, ::1], f8[:, ::1], f8[:, :, ::1])")
 def quadratic_form(spokes: Any, arms: Any, t: Any, Q: Any) -> None:
     """Enclose the form Q (6, 6, 2) of ``stability`` in (v, omega).
 
@@ -162,7 +162,7 @@ def quadratic_form(spokes: Any, arms: Any, t: Any, Q: Any) -> None:
                 Q[3 + j, i, 0], Q[3 + j, i, 1] = Q[i, 3 + j, 0], Q[i, 3 + j, 1]
 
 
-@njit("i8(f8[:, :, :, ::1], f8[:, :, :, ::1], f8[:, ::1], f8[:, :, ::1])", cache=True, nogil=True)
+@entry("i8(f8[:, :, :, ::1], f8[:, :, :, ::1], f8[:, ::1], f8[:, :, ::1])")
 def stability(spokes: Any, arms: Any, t: Any, wrenches: Any) -> int:
     """Return ``STABLE``, ``UNSTABLE`` or ``OPEN``, given that all tensions of the taut cables are positive.
 
@@ -184,7 +184,7 @@ def stability(spokes: Any, arms: Any, t: Any, wrenches: Any) -> int:
     return verdict
 
 
-@njit(cache=True, nogil=True)
+@entry()
 def fill_fields(
     cables: Any, frame: Any, boxes: Any, charts: Any, taut: Any, lengths: Any, fields: Any
 ) -> None:

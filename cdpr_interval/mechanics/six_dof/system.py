@@ -19,14 +19,13 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numba import njit
 
 from cdpr_interval.engine.krawczyk import deviation, existence, over, preconditioner
 from cdpr_interval.engine.krawczyk import growth as stretch
 from cdpr_interval.engine.newton import Pace, newton
 from cdpr_interval.kernels import interval
 from cdpr_interval.kernels.box import accumulate, copy, gather, point, scatter
-from cdpr_interval.kernels.kernel import kernel
+from cdpr_interval.kernels.kernel import entry, kernel, part
 from cdpr_interval.kernels.rounding import down, up
 from cdpr_interval.mechanics.rotation import rotation_interval
 
@@ -36,7 +35,7 @@ CONVERGED = 1e-9
 """Length of the last step at which its root is one, though the steps ended before they were short enough."""
 
 
-@njit(cache=True, nogil=True)
+@entry()
 def fill_data(model: Any, chart: int, data: Any) -> None:
     """Write the bounds of a model's data to ``data`` (n + 1, 7, 2).
 
@@ -56,7 +55,7 @@ def fill_data(model: Any, chart: int, data: Any) -> None:
         data[n, k, 0], data[n, k, 1] = down(x - e), up(x + e)
 
 
-@njit("void(f8[:, :, ::1], f8[:, :, ::1], i8, f8[:, ::1])", cache=True, nogil=True)
+@entry("void(f8[:, :, ::1], f8[:, :, ::1], i8, f8[:, ::1])")
 def matrix_point(M: Any, data: Any, i: int, out: Any) -> None:
     """Enclose M b_i in out (3, 2) for M (3, 3, 2)."""
     for r in range(3):
@@ -68,11 +67,7 @@ def matrix_point(M: Any, data: Any, i: int, out: Any) -> None:
         out[r, 1] = hi
 
 
-@njit(
-    "void(i8, i8, f8, f8, f8[:, ::1], f8[:, ::1], f8[:, ::1], f8[:, :, ::1], f8[:, :, ::1])",
-    cache=True,
-    nogil=True,
-)
+@entry("void(i8, i8, f8, f8, f8[:, ::1], f8[:, ::1], f8[:, ::1], f8[:, :, ::1], f8[:, :, ::1])")
 def cable_derivatives(n: int, i: int, t0: float, t1: float, r: Any, q: Any, e: Any, dr: Any, J: Any) -> None:
     """Add cable i's part of the derivatives by u and p to J (n + 6, 6 + n, 2).
 
@@ -105,7 +100,7 @@ def cable_derivatives(n: int, i: int, t0: float, t1: float, r: Any, q: Any, e: A
         accumulate(J, n + 3 + b, 3 + k, x0, x1)
 
 
-@njit("void(f8[:, :, ::1], f8[:, ::1], f8[:, ::1], f8[:, :, ::1], b1)", cache=True, nogil=True)
+@entry("void(f8[:, :, ::1], f8[:, ::1], f8[:, ::1], f8[:, :, ::1], b1)")
 def system(data: Any, z: Any, f: Any, J: Any, jacobian: bool) -> None:
     """Enclose all n + 6 equations f (n + 6, 2) and, if asked, their derivatives J (n + 6, 6 + n, 2).
 
@@ -153,7 +148,7 @@ def system(data: Any, z: Any, f: Any, J: Any, jacobian: bool) -> None:
             cable_derivatives(n, i, t0, t1, r, q, e, dr, J)
 
 
-@njit("void(i8, f8[:, ::1], f8[:, ::1], f8[:, ::1])", cache=True, nogil=True)
+@entry("void(i8, f8[:, ::1], f8[:, ::1], f8[:, ::1])")
 def keep(n: int, rows: Any, f: Any, out: Any) -> None:
     """Keep n lengths and the combinations ``rows`` of the statics of f (n + 6, 2) in out (m, 2)."""
     for i in range(n):
@@ -169,9 +164,7 @@ def keep(n: int, rows: Any, f: Any, out: Any) -> None:
         out[n + i, 1] = hi
 
 
-@njit(
-    "void(f8[:, :, ::1], f8[:, ::1], i8[::1], f8[:, ::1], f8[:, ::1], f8[:, :, ::1])", cache=True, nogil=True
-)
+@entry("void(f8[:, :, ::1], f8[:, ::1], i8[::1], f8[:, ::1], f8[:, ::1], f8[:, :, ::1])")
 def jacobian_over(data: Any, rows: Any, free: Any, z: Any, f: Any, J: Any) -> None:
     """Enclose the reduced equations f (m, 2) and their Jacobian J (m, m, 2) over the box z (6 + n, 2)."""
     n = data.shape[0] - 1
@@ -193,7 +186,7 @@ def jacobian_over(data: Any, rows: Any, free: Any, z: Any, f: Any, J: Any) -> No
             J[n + i, j, 1] = hi
 
 
-@njit("void(f8[:, :, ::1], f8[:, ::1], f8[:, ::1], f8[:, ::1])", cache=True, nogil=True)
+@entry("void(f8[:, :, ::1], f8[:, ::1], f8[:, ::1], f8[:, ::1])")
 def residual_at(data: Any, rows: Any, z: Any, out: Any) -> None:
     """Enclose the reduced equations in out (m, 2) over the box z (6 + n, 2)."""
     n = data.shape[0] - 1
@@ -204,7 +197,7 @@ def residual_at(data: Any, rows: Any, z: Any, out: Any) -> None:
 
 
 # Inlined where they are handed in: the system is large, and would be compiled once more in each of them.
-@njit(cache=True, nogil=True, inline="always")
+@part()
 def residual(context: Any, part: Any, f: Any) -> None:
     """Enclose the reduced equations over a box of the free unknowns, see `cdpr_interval.engine.krawczyk`.
 
@@ -221,7 +214,7 @@ def residual(context: Any, part: Any, f: Any) -> None:
     residual_at(data, rows, z, f)
 
 
-@njit(cache=True, nogil=True, inline="always")
+@part()
 def deviate(context: Any, part: Any, E: Any) -> None:
     """Enclose I - C J in E (m, m, 2) over a box (m, 2) of the free unknowns; context as ``residual``."""
     data, rows, free, C, z = context
@@ -229,7 +222,7 @@ def deviate(context: Any, part: Any, E: Any) -> None:
     krawczyk_matrix(data, rows, free, C, z, E)
 
 
-@njit(cache=True, nogil=True, inline="always")
+@part()
 def linearise(context: Any, part: Any, f: Any, C: Any) -> bool:
     """Write residuals f (m, 2) and inverse C (m, m) at ``part`` (m, 2), see `cdpr_interval.engine.newton`."""
     data, rows, free, _, z = context
@@ -239,7 +232,7 @@ def linearise(context: Any, part: Any, f: Any, C: Any) -> bool:
     return preconditioner(J, C)
 
 
-@njit("b1(f8[:, :, ::1], f8[:, ::1], i8[::1], f8[::1], f8[:, ::1], i8)", cache=True, nogil=True)
+@entry("b1(f8[:, :, ::1], f8[:, ::1], i8[::1], f8[::1], f8[:, ::1], i8)")
 def improve(data: Any, rows: Any, free: Any, z: Any, C: Any, steps: int) -> bool:
     """Improve the free unknowns of z (6 + n,) by Newton steps in floats; True when they converged.
 
@@ -255,7 +248,7 @@ def improve(data: Any, rows: Any, free: Any, z: Any, C: Any, steps: int) -> bool
     return last < CONVERGED
 
 
-@njit(cache=True, nogil=True, inline="always")
+@part()
 def krawczyk_matrix(data: Any, rows: Any, free: Any, C: Any, z: Any, out: Any) -> None:
     """Enclose I - C J(z) in out (m, m, 2) over the box z (6 + n, 2)."""
     m = free.shape[0]
@@ -264,13 +257,13 @@ def krawczyk_matrix(data: Any, rows: Any, free: Any, C: Any, z: Any, out: Any) -
     deviation(C, J, out)
 
 
-@njit(cache=True, nogil=True, inline="always")
+@part()
 def apply(context: Any, part: Any, image: Any) -> bool:
     """Apply the Krawczyk operator to a box (m, 2) of the free unknowns; context as ``residual``."""
     return over(residual, deviate, context, context[3], part, image)
 
 
-@njit("b1(f8[:, :, ::1], f8[:, ::1], i8[::1], f8[:, ::1], f8[:, ::1], f8[:, ::1])", cache=True, nogil=True)
+@entry("b1(f8[:, :, ::1], f8[:, ::1], i8[::1], f8[:, ::1], f8[:, ::1], f8[:, ::1])")
 def krawczyk(data: Any, rows: Any, free: Any, C: Any, z: Any, image: Any) -> bool:
     """Apply the Krawczyk operator to the box z (6 + n, 2); True when the image lies strictly inside.
 
@@ -296,11 +289,7 @@ def largest(z: Any) -> float:
     return most
 
 
-@njit(
-    "b1(f8[:, :, ::1], f8[:, ::1], i8[::1], f8[:, ::1], f8[::1], f8[:, ::1], b1, f8[:, ::1])",
-    cache=True,
-    nogil=True,
-)
+@entry("b1(f8[:, :, ::1], f8[:, ::1], i8[::1], f8[:, ::1], f8[::1], f8[:, ::1], b1, f8[:, ::1])")
 def existence_box(data: Any, rows: Any, free: Any, C: Any, z: Any, f: Any, ranges: bool, box: Any) -> bool:
     """Grow a box around z (6 + n,) until the Krawczyk operator maps it strictly into itself, and contract it.
 
@@ -318,7 +307,7 @@ def existence_box(data: Any, rows: Any, free: Any, C: Any, z: Any, f: Any, range
     return proved
 
 
-@njit("f8(f8[:, :, ::1], f8[:, ::1], i8[::1], f8[:, ::1], f8[:, ::1])", cache=True, nogil=True)
+@entry("f8(f8[:, :, ::1], f8[:, ::1], i8[::1], f8[:, ::1], f8[:, ::1])")
 def growth(data: Any, rows: Any, free: Any, C: Any, z: Any) -> float:
     """Return how much |I - C J(z)| stretches a positive vector: below 1 only with a proof.
 

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from numba import njit, types
+from numba import types
 
 from cdpr_interval.engine.batch_cells import copy_cell, covers, halve, leaf, mark, open_first, open_lanes
 from cdpr_interval.engine.batches import batches
@@ -34,7 +34,7 @@ from cdpr_interval.engine.rows import (
     TABLEAU,
     UNBALANCED,
 )
-from cdpr_interval.kernels.kernel import kernel
+from cdpr_interval.kernels.kernel import entry, kernel
 from cdpr_interval.kernels.lanes import LANES, LaneArray, Lanes, array3, lanes, load, splat, store, where_less
 from cdpr_interval.kernels.second_order import Forms, Symbols, add_scaled, constant, moving6, signatures
 from cdpr_interval.mechanics.six_dof.balance import balance_free
@@ -306,7 +306,7 @@ def process(context: Any, count: int, children: Any) -> None:
     noted[0] = first + count
 
 
-@njit(cache=True, nogil=True)
+@entry()
 def run(
     context: Any, stack: Any, count: int, leaves: Any, kinds: Any, children: Any, cell_limit: int
 ) -> tuple[int, int, int]:

@@ -11,13 +11,11 @@ from __future__ import annotations
 
 from typing import Any
 
-from numba import njit
-
 from cdpr_interval.engine.batch_cells import halve, is_empty, leaf, open_first
 from cdpr_interval.engine.batches import batches
 from cdpr_interval.engine.notes import IN_BOX, UNDECIDED, begin_notes
 from cdpr_interval.engine.rows import BOTH, FOLDED, OPEN, SETTLED, SMALL, UNSMOOTH
-from cdpr_interval.kernels.kernel import kernel
+from cdpr_interval.kernels.kernel import entry, kernel
 from cdpr_interval.kernels.lanes import LANES, LaneArray, store
 from cdpr_interval.kernels.second_order import Forms, Symbols, bounds
 from cdpr_interval.mechanics.six_dof.rows import PLACES, POSITION
@@ -82,7 +80,7 @@ def process(context: Any, count: int, children: Any) -> None:
             notes[noted[0] - count + lane, COLUMNS] = UNDECIDED
 
 
-@njit(cache=True, nogil=True)
+@entry()
 def run(
     context: Any, stack: Any, count: int, leaves: Any, kinds: Any, children: Any, cell_limit: int
 ) -> tuple[int, int, int]:

@@ -11,8 +11,6 @@ from __future__ import annotations
 
 from typing import Any
 
-from numba import njit
-
 from cdpr_interval.engine.batches import batches
 from cdpr_interval.engine.notes import HAND_ON, SIDES, UNNOTED, begin_notes, halved_in
 from cdpr_interval.engine.rows import (
@@ -27,7 +25,7 @@ from cdpr_interval.engine.rows import (
     SCRATCH,
     UNBALANCED,
 )
-from cdpr_interval.kernels.kernel import kernel
+from cdpr_interval.kernels.kernel import entry, kernel
 from cdpr_interval.kernels.lanes import LANES, LaneArray, Lanes, load, store
 from cdpr_interval.kernels.second_order import Forms, Symbols, bounds
 from cdpr_interval.mechanics.six_dof.balance import balance_free
@@ -121,7 +119,7 @@ def process(context: Any, count: int, children: Any) -> None:
     note_fates(context, count, children)
 
 
-@njit(cache=True, nogil=True)
+@entry()
 def run(
     context: Any, stack: Any, count: int, leaves: Any, kinds: Any, children: Any, cell_limit: int
 ) -> tuple[int, int, int]:

@@ -12,13 +12,13 @@ from __future__ import annotations
 
 from typing import Any
 
-from numba import njit, types
+from numba import types
 
 from cdpr_interval.engine.batch_cells import copy_cell, covers, fill_lanes, halve, is_empty, leaf
 from cdpr_interval.engine.batches import batches
 from cdpr_interval.engine.contraction import cut_pivots, is_pivot, shrunk, solve_for_pivots
 from cdpr_interval.engine.rows import EMPTY, EQUATION, NO_LENGTH, OPEN, SMALL, SMALLER, VERDICTS, WIDE
-from cdpr_interval.kernels.kernel import kernel
+from cdpr_interval.kernels.kernel import entry, kernel
 from cdpr_interval.kernels.lanes import LANES, LaneArray, array3, load, splat, store
 from cdpr_interval.kernels.rounding import inflate_lanes
 from cdpr_interval.kernels.second_order import Forms, Symbols, constant, dot3, signatures, widen
@@ -122,7 +122,7 @@ def cut_by_lengths(F: Forms, W: LaneArray, model: Any, C: LaneArray, states: Any
     return rank
 
 
-@njit(cache=True, nogil=True)
+@entry()
 def enclose_cell(scratch: Any, model: Any, cell: Any, lo: Any, hi: Any) -> bool:
     """Enclose (u, p, t) of every equilibrium of the taut cables in one cell (width,); False where that fails.
 
@@ -206,7 +206,7 @@ def process(context: Any, count: int, children: Any) -> None:
     process_cells(exclude, narrow_lanes, verdict, context, count, children)
 
 
-@njit(cache=True, nogil=True)
+@entry()
 def run(
     context: Any, stack: Any, count: int, leaves: Any, kinds: Any, children: Any, cell_limit: int
 ) -> tuple[int, int, int]:

@@ -12,8 +12,6 @@ from __future__ import annotations
 
 from typing import Any
 
-from numba import njit
-
 from cdpr_interval.engine.batch_cells import (
     copy_cell,
     covers,
@@ -38,7 +36,7 @@ from cdpr_interval.engine.rows import (
     UNSMOOTH,
     WIDE,
 )
-from cdpr_interval.kernels.kernel import kernel
+from cdpr_interval.kernels.kernel import entry, kernel
 from cdpr_interval.kernels.lanes import LANES, LaneArray, load, splat, where_less
 from cdpr_interval.kernels.second_order import Forms, Symbols, cross3
 from cdpr_interval.mechanics.six_dof.geometry import length_row, rotation_rows, third_block, triple_rows
@@ -63,7 +61,7 @@ def prepare(F: Forms, model: Any, C: LaneArray, S: Symbols) -> None:
     cross3(F, NORMAL, SECOND + CENTRE, third_block(model) + CENTRE, S)
 
 
-@njit(cache=True, nogil=True)
+@entry()
 def enclose_cell(scratch: Any, model: Any, cell: Any, lo: Any, hi: Any) -> bool:
     """Enclose (u, p, t) of every equilibrium of the taut cables in one cell (width,); False where that fails.
 
@@ -178,7 +176,7 @@ def process(context: Any, count: int, children: Any) -> None:
 
 
 # As ``pose_cells.run``: numba caches no function made by a function, nor one that is passed another one.
-@njit(cache=True, nogil=True)
+@entry()
 def run(
     context: Any, stack: Any, count: int, leaves: Any, kinds: Any, children: Any, cell_limit: int
 ) -> tuple[int, int, int]:

@@ -405,7 +405,7 @@ def test_the_shipped_eds_has_every_object_the_driver_uses():
 
 def test_without_the_extra_the_error_says_so(monkeypatch):
     monkeypatch.setitem(sys.modules, "canopen", None)
-    with pytest.raises(BusError, match=r"pip install 'cdpr-interval\[driver\]'"):
+    with pytest.raises(BusError, match=r"pip install '.\[driver\]'"):
         CanOpenBus.of(ROBOT, "virtual", "none").connect()
     with pytest.raises(BusError, match=r"cdpr-interval\[driver\]"):
         SimulatedNetwork([], "virtual", "none").start()
