@@ -43,6 +43,8 @@ PREFIX = "cdpr-"
 """What the names of the folders start with; a name and the digest follow."""
 ANY = "all"
 """Stands for the name where a kernel may be made of every file."""
+TEMPORARY = "cdpr-kernels-"
+"""What the name of a temporary folder starts with."""
 KEPT = 3
 """Folders kept of each file, the last used ones, some 25 MB for all files: these sources, and two states of
 them that somebody may go back to (another branch, a change taken back) without two minutes of compilation."""
@@ -134,6 +136,8 @@ class KeyedCacheFile(caching.IndexDataCacheFile):  # type: ignore[misc]
         """Save the code of one signature, unless a source was edited since: it may be made of either text."""
         others = self._strangers(key)
         if all(sources.are_as_digested(module) for module in (self._module, *others)):
+            if os.path.basename(folder := os.path.dirname(self._shared_path)).startswith(TEMPORARY):
+                tell_temporary(folder)
             # Into a folder that is filled and cannot be written nothing is saved.
             with suppress(PermissionError), self._alone():
                 super().save(self._keyed(key, others), data)
@@ -168,14 +172,19 @@ class KeyedCacheFile(caching.IndexDataCacheFile):  # type: ignore[misc]
 
 @cache
 def temporary_folder() -> str:
-    """Make a folder for the kernels of this process, which goes with it, and say so."""
-    folder = tempfile.mkdtemp(prefix="cdpr-kernels-")
+    """Make a folder for the kernels of this process, which goes with it."""
+    folder = tempfile.mkdtemp(prefix=TEMPORARY)
     atexit.register(shutil.rmtree, folder, ignore_errors=True)
+    return folder
+
+
+@cache
+def tell_temporary(folder: str) -> None:
+    """Say that kernels are compiled that the next process will compile again."""
     logging.getLogger(LOGGER).warning(
         "compiled kernels cannot be kept: NUMBA_CACHE_DIR, the package's folder and the home folder cannot"
         f" be written; they lie in {folder} until this process ends"
     )
-    return folder
 
 
 class FilledLocator(caching._SourceFileBackedLocatorMixin, caching._CacheLocator):  # type: ignore[misc]

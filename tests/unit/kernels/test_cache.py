@@ -16,7 +16,7 @@ import pytest
 from numba.core import caching
 
 from cdpr_interval.kernels import rounding, sources
-from cdpr_interval.kernels.cache import ANY, KEPT, PREFIX, KeyedCacheFile, locked, make_room, mark_used
+from cdpr_interval.kernels.cache import ANY, KEPT, LOCK, PREFIX, KeyedCacheFile, locked, make_room, mark_used
 
 ROOT = Path(__file__).resolve().parents[3]
 PLAIN = KeyedCacheFile.__bases__[0]
@@ -75,7 +75,7 @@ def test_every_file_with_cached_kernels_brings_the_cache():
     """Also when nothing else was imported before it."""
     folders = [ROOT / "solvers", *(ROOT / "cdpr_interval" / name for name in ("engine", "mechanics"))]
     files = [path for folder in folders for path in folder.rglob("*.py")]
-    cached = [path for path in files if "cache=True" in path.read_text()]
+    cached = [path for path in files if "kernels.kernel import" in path.read_text()]
     brings = re.compile(r"^(from|import) cdpr_interval\.kernels\b", re.MULTILINE)
     assert cached
     assert [path.name for path in cached if not brings.search(path.read_text())] == []
@@ -95,7 +95,7 @@ class House:
         self.root, self.variables = root, variables
         kernels = root / "cdpr_interval" / "kernels"
         kernels.mkdir(parents=True)
-        for name in ("__init__.py", "cache.py", "sources.py"):
+        for name in ("__init__.py", "announcement.py", "cache.py", "sources.py"):
             shutil.copy(ROOT / "cdpr_interval" / "kernels" / name, kernels / name)
         self.solver = root / "solvers" / "six_dof"
         self.solver.mkdir(parents=True)
@@ -279,7 +279,8 @@ def test_a_folder_that_is_made_removes_an_old_one(tmp_path):
         os.utime(tmp_path / f"{PREFIX}{ANY}-{number}", (number, number))
     KeyedCacheFile(str(tmp_path), "kernel", "stamp").save("first", 1)
     left = {path.name for path in tmp_path.iterdir()}
-    assert left == {f"{PREFIX}{ANY}-{digest}" for digest in (*range(1, KEPT), sources.digest())}
+    folders = {f"{PREFIX}{ANY}-{digest}" for digest in (*range(1, KEPT), sources.digest())}
+    assert left == {LOCK, *folders}
 
 
 def test_a_folder_that_another_process_removes_is_made_again(tmp_path):
@@ -326,3 +327,48 @@ def test_a_folder_that_is_not_there_is_no_error(tmp_path):
     with locked(str(tmp_path / "none")):
         pass
     assert KeyedCacheFile(str(tmp_path / "none"), "kernel", "stamp").load("first") is None
+
+
+UNWRITABLE = """
+import os, tempfile
+honest = tempfile.TemporaryFile
+def refuse(*given, dir=None, **more):
+    if dir is not None and not os.path.basename(os.path.dirname(dir)).startswith('cdpr-kernels-'):
+        raise PermissionError(13, 'Permission denied', dir)
+    return honest(*given, dir=dir, **more)
+tempfile.TemporaryFile = refuse
+"""
+"""Statements after which numba finds no folder that can be written, whoever runs the test."""
+
+
+def answered(house, before, ask=ASK):
+    environment = {**os.environ, "PYTHONPATH": str(house.root), **house.variables}
+    environment["PYTHONDONTWRITEBYTECODE"] = "1"
+    return subprocess.run(
+        [sys.executable, "-c", f"{before}\n{ask}"],
+        cwd=house.root,
+        env=environment,
+        capture_output=True,
+        text=True,
+        timeout=120,
+    )
+
+
+def test_kernels_that_cannot_be_kept_lie_in_a_temporary_folder_and_one_warning_says_so(tmp_path):
+    house = House(tmp_path / "house", {"NUMBA_CACHE_DIR": str(tmp_path / "cache")})
+    done = answered(house, UNWRITABLE)
+    assert (done.returncode, done.stdout) == (0, "11.0\n")
+    (line,) = done.stderr.splitlines()
+    assert re.fullmatch(
+        r"compiled kernels cannot be kept: .* they lie in (\S+) until this process ends", line
+    )
+    assert not Path(line.split()[-5]).exists()
+    assert house.folders() == set()
+
+
+@pytest.mark.parametrize("variables", [{}, {"NUMBA_CACHE_DIR": "cache"}])
+def test_kernels_in_a_folder_that_cannot_be_written_are_used(tmp_path, variables):
+    house = House(tmp_path / "house", variables)
+    assert house.answer() == 11
+    done = answered(house, TOLD + UNWRITABLE)
+    assert (done.returncode, done.stdout, done.stderr) == (0, "11.0\n", "")
