@@ -1,8 +1,8 @@
 """Run the examples of the pages and write what they print anew: ``python scripts/page_examples.py PAGE ...``.
 
 A fenced block ``yaml NAME`` (or ``csv``, ``json``) is a file. The commands of ``console`` blocks are run in
-order, in one folder for each page; below each stands what it prints, errors too, and ``$ echo $?`` prints the
-last exit code. Without a page all are renewed.
+order, in one folder for each page; below each stands what it prints, errors too, or the first lines of it
+(``| head -8``); ``$ echo $?`` prints the last exit code. Without a page all are renewed.
 """
 
 from __future__ import annotations
@@ -52,6 +52,7 @@ class Session:
         """Return what a command prints."""
         if line == "echo $?":
             return f"{self._code}\n"
+        line, _, most = line.partition(" | head -")
         program, *arguments = shlex.split(line, comments=True)
         if program == "cat":
             return "".join((self._folder / name).read_text(encoding="utf-8") for name in arguments)
@@ -69,7 +70,8 @@ class Session:
             check=False,
         )
         self._code = done.returncode
-        return "".join(t for t in done.stdout.splitlines(keepends=True) if not t.startswith("compiling"))
+        found = [t for t in done.stdout.splitlines(keepends=True) if not t.startswith("compiling")]
+        return "".join(found[: int(most)] if most else found)
 
 
 def renewed(text: str) -> str:
