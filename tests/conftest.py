@@ -17,3 +17,9 @@ def pytest_report_header(config: pytest.Config) -> str:
     if settings.default.derandomize:
         return "property tests: the same examples on every run (derandomised); `make fuzz` draws others"
     return f"property tests: new examples, --hypothesis-seed={config.getoption('--hypothesis-seed')}"
+
+
+@pytest.fixture(autouse=True)
+def no_columns(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let tables be as wide as they like, as in a pipe: who runs the tests may sit at a terminal of any width."""
+    monkeypatch.delenv("COLUMNS", raising=False)

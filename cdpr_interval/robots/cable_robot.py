@@ -181,10 +181,10 @@ class Platform(Part):
     centre_of_mass: Point = (Fraction(0), Fraction(0), Fraction(0))
 
     def __post_init__(self) -> None:
-        """Take the numbers exactly."""
+        """Take the numbers exactly; a load without weight, which no file may hold, hangs by a force."""
         mass = _number(self.mass, "mass")
-        if (mass.lo if isinstance(mass, Range) else mass) <= 0:
-            raise InputError(f"mass: must be greater than 0, got {self.mass}")
+        if (mass.lo if isinstance(mass, Range) else mass) < 0:
+            raise InputError(f"mass: must not be negative, got {self.mass}")
         self._keep("mass", mass)
         self._keep("centre_of_mass", _point(self.centre_of_mass, "centre_of_mass"))
 

@@ -28,7 +28,8 @@ class Unit:
 def points() -> None:
     """Point masses, with inextensible and with elastic cables."""
     from cdpr_interval import load_robot
-    from solvers import PointMass, forward_kinematics
+    from solvers.forward import forward_kinematics
+    from solvers.point_mass.controller import PointMass
 
     for name, lengths in POINT_QUESTIONS:
         robot = load_robot(name)
@@ -49,7 +50,8 @@ def searches() -> None:
 def trackers() -> None:
     """Platforms whose pose is followed."""
     from cdpr_interval import load_robot
-    from solvers import Tracker, forward_kinematics
+    from solvers.forward import forward_kinematics
+    from solvers.six_dof.tracker import Tracker
 
     robot = load_robot("uc3")
     start = forward_kinematics(robot, ["7.5", "8", "7"], taut=(0, 1, 2)).solutions[0]

@@ -93,9 +93,12 @@ class WarmUp:
                 self.say(f"{self._done}/{self._total} done; still compiling: {under_way}")
 
     def stop(self) -> None:
-        """End what is still under way; what it has compiled is kept."""
+        """End what is still under way; what it has compiled is kept.
+
+        A search takes SIGTERM as the end of its budget, and would compile on; files are replaced in one step.
+        """
         for one in self._running:
-            one.process.terminate()
+            one.process.kill()
         for one in self._running:
             one.process.communicate()
 

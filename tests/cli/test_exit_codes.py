@@ -41,7 +41,7 @@ def process(*args, **options):
 
 def rows():
     found = re.findall(r"^\| (\d+) \| ([^|]+) \| (.+) \|$", PAGE.read_text(encoding="utf-8"), re.MULTILINE)
-    return [(int(code), re.findall(r"`([a-z ]+)`", who) or [who], text) for code, who, text in found]
+    return [(int(code), re.findall(r"`([a-z -]+)`", who) or [who], text) for code, who, text in found]
 
 
 def test_the_page_has_every_code_and_every_command():
@@ -63,12 +63,14 @@ def test_the_page_has_the_verdicts_of_the_checker():
 def test_every_code_has_a_line_of_its_own(monkeypatch):
     assert len({code.meaning for code in ExitCode}) == len(ExitCode)
     for code in ExitCode:
-        monkeypatch.setattr("solvers.commands.validate.command.callback", lambda robot, code=code: int(code))
+        monkeypatch.setattr(
+            "solvers.commands.validate.command.callback", lambda robot, code=code, **_: int(code)
+        )
         result = run("validate", "uc2")
         assert result.exit_code == code and result.stdout == ""
         assert result.stderr == (f"{code.meaning}\n" if code else "")
     ending = Ending(ExitCode.INCOMPLETE, "why")
-    monkeypatch.setattr("solvers.commands.validate.command.callback", lambda robot: ending)
+    monkeypatch.setattr("solvers.commands.validate.command.callback", lambda robot, **_: ending)
     result = run("validate", "uc2")
     assert (result.exit_code, result.stderr) == (3, "why\n")
 

@@ -117,13 +117,13 @@ def test_a_terminal_that_has_gone_ends_nothing():
         while display._bar is None:
             time.sleep(0.01)
         display(HALF)
-        display._announce_compilation()
+        display._say("compiling kernels")
 
 
 def test_what_stays_is_written_above_the_bar():
     with ProgressDisplay(stream := Terminal()) as display:
         drawn(display, stream, lambda: display(HALF))
-        display._announce_compilation()
+        display._say("compiling kernels")
         assert "compiling" in drawn(display, stream) or "compiling" in stream.getvalue()
     lines = re.split(r"[\r\n]+", CODES.sub("", stream.getvalue()))
     assert any(line.startswith("compiling kernels") for line in lines), lines

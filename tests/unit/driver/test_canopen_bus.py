@@ -407,7 +407,7 @@ def test_without_the_extra_the_error_says_so(monkeypatch):
     monkeypatch.setitem(sys.modules, "canopen", None)
     with pytest.raises(BusError, match=r"pip install '.\[driver\]'"):
         CanOpenBus.of(ROBOT, "virtual", "none").connect()
-    with pytest.raises(BusError, match=r"cdpr-interval\[driver\]"):
+    with pytest.raises(BusError, match=r"pip install '\.\[driver\]'"):
         SimulatedNetwork([], "virtual", "none").start()
 
 

@@ -358,7 +358,8 @@ def test_kernels_that_cannot_be_kept_lie_in_a_temporary_folder_and_one_warning_s
     house = House(tmp_path / "house", {"NUMBA_CACHE_DIR": str(tmp_path / "cache")})
     done = answered(house, UNWRITABLE)
     assert (done.returncode, done.stdout) == (0, "11.0\n")
-    (line,) = done.stderr.splitlines()
+    compiling, line = done.stderr.splitlines()
+    assert compiling.startswith("compiling")
     assert re.fullmatch(
         r"compiled kernels cannot be kept: .* they lie in (\S+) until this process ends", line
     )

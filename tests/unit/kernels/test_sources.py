@@ -18,17 +18,26 @@ COMPILERS = {
     "guvectorize",
     "cfunc",
     "kernel",
+    "entry",
     "intrinsic",
     "overload",
     "lower_builtin",
 }
 
 
+def names(decorator: ast.expr) -> set[str]:
+    """Return the names in a decorator, those behind dots too."""
+    found = ast.walk(decorator)
+    return {
+        n.id if isinstance(n, ast.Name) else n.attr for n in found if isinstance(n, (ast.Name, ast.Attribute))
+    }
+
+
 def declares(path: Path) -> bool:
     """Return whether a file has a function under one of numba's decorators, or ours."""
     return any(
         isinstance(node, ast.FunctionDef)
-        and any(word in ast.unparse(decorator) for decorator in node.decorator_list for word in COMPILERS)
+        and any(word in COMPILERS for decorator in node.decorator_list for word in names(decorator))
         for node in ast.walk(tree(path))
     )
 

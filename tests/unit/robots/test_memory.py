@@ -152,7 +152,7 @@ def test_a_dictionary_that_holds_itself_is_refused():
     ("make", "message"),
     [
         (lambda: Platform(None), "mass: None is not a number"),
-        (lambda: Platform(-1), "mass: must be greater than 0, got -1"),
+        (lambda: Platform(-1), "mass: must not be negative, got -1"),
         (lambda: Platform(1, (1, 2)), r"centre_of_mass: must be 3 numbers, got \(1, 2\)"),
         (lambda: Platform(1, "123"), "centre_of_mass: must be 3 numbers, got '123'"),
         (lambda: Platform((2, 1)), "mass: the lower bound 2 is above the upper bound 1"),
