@@ -21,5 +21,5 @@ def pytest_report_header(config: pytest.Config) -> str:
 
 @pytest.fixture(autouse=True)
 def no_columns(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Let tables be as wide as they like, as in a pipe: who runs the tests may sit at a terminal of any width."""
+    """Let tables be as wide as in a pipe: who runs the tests may sit at a terminal of any width."""
     monkeypatch.delenv("COLUMNS", raising=False)
