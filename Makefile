@@ -16,7 +16,7 @@ SECONDS ?= 600
 unexport VIRTUAL_ENV PYTHONPATH PYTHONHOME
 
 .PHONY: help install demo test test-slow test-all test-lowest test-latest fuzz planted lint format types layers \
-  wheel schemas lock check clean
+  wheel container schemas lock check clean
 .DEFAULT_GOAL := help
 
 help: ## list the targets
@@ -86,6 +86,9 @@ layers: $(INSTALLED) ## import-linter: who may import whom
 wheel: $(INSTALLED) ## build the wheel and check what is in it
 	$(BIN)/python scripts/check_wheel.py
 
+container: ## do what the Dockerfile does, in an empty folder, and ask a question there
+	scripts/container_check.sh
+
 schemas: $(INSTALLED) ## write the JSON Schemas anew
 	$(BIN)/python scripts/make_schemas.py
 
@@ -96,7 +99,7 @@ lock: $(UV) ## renew requirements.lock: the newest versions, for every platform 
 	$(UV) pip compile $(RESOLVE) --universal --python-version 3.11 --fork-strategy fewest --all-extras \
 	  --generate-hashes --custom-compile-command 'make lock' --output-file $(LOCK) pyproject.toml
 
-check: lint types layers wheel test-all ## everything CI runs
+check: lint types layers wheel container test-all ## everything CI runs
 
 clean: ## remove caches (not the environments)
 	find . -path './.venv*' -prune -o -type d \( -name __pycache__ -o -name .hypothesis -o -name .mypy_cache \) \

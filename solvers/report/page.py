@@ -90,7 +90,7 @@ def require_libraries() -> None:
     try:
         import jinja2  # noqa: F401
     except ImportError:
-        raise InputError("report: Jinja2 is not installed: pip install 'cdpr-interval[report]'") from None
+        raise InputError("report: Jinja2 is not installed: pip install '.[report]'") from None
 
 
 def rendered(template: str, **context: Any) -> str:

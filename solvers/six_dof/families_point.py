@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from fractions import Fraction
+from typing import NamedTuple
 
 import numpy as np
 from flint import arb, arb_mat
@@ -12,16 +13,24 @@ from cdpr_interval.exact import balls
 from cdpr_interval.exact.vector import Vector
 from cdpr_interval.mechanics.six_dof.frame import Pose, upward
 from cdpr_interval.robots.cable_robot import Cable, Platform, Robot
-from solvers.answers.data import Solution
 from solvers.point_mass import forward as point_mass
 from solvers.questions.problem import Method, Options, Problem
 
 
-def point_solution(problem: Problem, options: Options, taut: tuple[int, ...]) -> Solution | str | None:
+class Held(NamedTuple):
+    """The common point of the taut cables where it rests, base frame in m, and their densities in N/m."""
+
+    point: arb_mat
+    densities: tuple[arb, ...]
+
+
+def point_solution(problem: Problem, options: Options, taut: tuple[int, ...]) -> Held | str | None:
     """Return where the common point of the taut cables rests with all of them positive.
 
     None: proved that there is no such place. A string: why it could not be decided.
     """
+    if len(taut) == 1:
+        return below(problem, taut[0])
     origin = (Fraction(0), Fraction(0), Fraction(0))
     cables = tuple(
         Cable(problem.robot.cables[i].name, problem.robot.cables[i].frame_anchor, origin) for i in taut
@@ -44,22 +53,36 @@ def point_solution(problem: Problem, options: Options, taut: tuple[int, ...]) ->
     answer = point_mass.solve(part, convex)
     if answer.solutions:
         (pose,) = answer.solutions
-        return pose if np.isfinite(pose.tensions).all() else f"{pose.note} (as a point mass)"
+        if not np.isfinite(pose.tensions).all():
+            return f"{pose.note} (as a point mass)"
+        point = balls.vector([balls.from_bounds(lo, hi) for lo, hi in pose.position])
+        tensions = [balls.from_bounds(lo, hi) for lo, hi in pose.tensions]
+        return Held(point, tuple(t / length_of(problem, i) for t, i in zip(tensions, taut, strict=True)))
     return answer.undecided[0].reason if answer.undecided else None
 
 
-def poses_at(problem: Problem, taut: tuple[int, ...], at: Solution) -> list[Pose]:
+def below(problem: Problem, cable: int) -> Held:
+    """Return the point that hangs by one cable: l f / |f| from its exit point, with the density |f| / l.
+
+    In closed form: no kernel of point masses need be compiled or loaded for it.
+    """
+    load, length = balls.fractions(problem.load), length_of(problem, cable)
+    size = balls.norm(load)
+    return Held(balls.fractions(problem.loaded.exits[cable]) + load * (length / size), (size / length,))
+
+
+def length_of(problem: Problem, cable: int) -> arb:
+    """Return a cable's length in m."""
+    lo, hi = problem.lengths[cable]
+    return balls.from_fraction(lo).union(balls.from_fraction(hi))
+
+
+def poses_at(problem: Problem, taut: tuple[int, ...], at: Held) -> list[Pose]:
     """Return the poses with the common point there: hanging, and balanced over it; (c): any rotation."""
-    point = balls.vector([balls.from_bounds(lo, hi) for lo, hi in at.position])
-    densities = []
-    for k, i in enumerate(taut):
-        lo, hi = problem.lengths[i]
-        length = balls.from_fraction(lo).union(balls.from_fraction(hi))
-        densities.append(balls.from_bounds(*at.tensions[k]) / length)
     arm = problem.loaded.arms[taut[0]]
     if not any(arm):
-        return [Pose(balls.identity(), point, tuple(densities))]
-    return [hung(problem, point, arm, sign, tuple(densities)) for sign in (1, -1)]
+        return [Pose(balls.identity(), at.point, at.densities)]
+    return [hung(problem, at.point, arm, sign, at.densities) for sign in (1, -1)]
 
 
 def hung(problem: Problem, point: arb_mat, arm: Vector, sign: int, densities: tuple[arb, ...]) -> Pose:
