@@ -11,6 +11,8 @@ chmod 755 "$root"
 nobody=
 if [ "$(id -u)" = 0 ] && command -v setpriv >/dev/null; then
   nobody="setpriv --reuid=65534 --regid=65534 --clear-groups --inh-caps=-all"
+  # Where only root may enter the folder of Python itself, another user cannot be tried.
+  $nobody "$root/cdpr/bin/python" -c "" 2>/dev/null || nobody=
 fi
 said=$(cd / && env -i $nobody "$root/cdpr/bin/cdpr-solve" fk uc2 --lengths 7.5,8 --threads 1 2>&1)
 echo "$said"

@@ -185,6 +185,9 @@ class CommandLine(click.Group):
                 sys.stdout.flush()
         except (InputError, NotSupportedError) as error:
             return _fail(ExitCode.INVALID, str(error))
+        except click.exceptions.NoArgsIsHelpError as error:
+            click.echo(error.ctx.get_help())
+            return _fail(ExitCode.INVALID, f"{error.ctx.command_path}: which command is missing")
         except click.ClickException as error:
             return _fail(ExitCode.INVALID, _one_line(error))
         except (click.Abort, KeyboardInterrupt, Interrupted):
@@ -227,6 +230,8 @@ def _discard_output() -> None:
 
 def _one_line(error: click.ClickException) -> str:
     """Return the message of an error of usage on one line."""
+    if isinstance(error, click.MissingParameter) and error.param is not None and error.param.opts:
+        return f"{error.param.opts[-1]}: missing"
     if isinstance(error, click.BadParameter) and error.param is not None and error.param.opts:
         return f"{error.param.opts[-1]}: {' '.join(error.message.split())}"
     text = " ".join(error.format_message().split())

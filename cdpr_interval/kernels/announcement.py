@@ -25,7 +25,7 @@ def text_of(module: str) -> str | None:
     """Return what is said when a kernel of a module is compiled, None when nothing is."""
     for start, (part, seconds) in PARTS.items():
         if module.startswith(start):
-            return f"compiling kernels for {part}, once per machine, about {seconds} s"
+            return f"compiling kernels for {part}, for the first question of a kind, up to {seconds} s"
     return None
 
 

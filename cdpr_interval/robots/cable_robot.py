@@ -203,6 +203,10 @@ class Uncertain:
     hi: Fraction
 
 
+MOST_NAMED = 8
+"""Cables whose names stand in the short text of a robot."""
+
+
 @dataclass(frozen=True)
 class Robot(Part):
     """A cable-driven parallel robot: what a ``cdpr-robot/1`` file says.
@@ -223,6 +227,10 @@ class Robot(Part):
     winches: WinchGroupSettings = field(default_factory=WinchGroupSettings)
     file: bytes | None = field(default=None, init=False, repr=False, compare=False)
     """The file that the robot was read from; None for one made or changed in memory, whatever from."""
+
+    def __repr__(self) -> str:
+        names = [*self.cable_names[:MOST_NAMED], *["..."] * (len(self.cables) > MOST_NAMED)]
+        return f"<Robot {self.name}: cables {', '.join(names)}>"
 
     def __post_init__(self) -> None:
         """Take the numbers exactly."""

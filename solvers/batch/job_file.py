@@ -133,7 +133,7 @@ def _named(name: str, robots: Sequence[RobotFile]) -> RobotFile:
 def _settings(block: job_schema.OptionsBlock | None) -> Settings:
     if block is None:
         return Settings()
-    given = {key: value for key, value in block.model_dump().items() if value is not None}
+    given = {key: value for key, value in block.model_dump(warnings=False).items() if value is not None}
     for key in ("precision", "time_limit_s"):
         if key in given:
             given[key] = float(given[key])

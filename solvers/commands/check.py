@@ -76,7 +76,7 @@ def command(file: str, robot: str | None, **given: Any) -> int:
         if other:
             conclusion = Conclusion.NOT_PROVED
             click.echo(f"{conclusion}: the certificate is of another question: {other}")
-            return Ending(conclusion.exit_code, conclusion.remark)
+            return Ending(conclusion.exit_code, f"{conclusion}: it is the proof of something else")
     report = _check(content, limit, given)
     for line in report.lines()[: 1 if given["quiet"] else None]:
         click.echo(line)

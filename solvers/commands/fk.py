@@ -273,9 +273,16 @@ def _ending(result: Result) -> Ending:
 
 def _with_claim(ending: Ending, claim: Claimed, options: Options, file: str, quiet: bool) -> Ending:
     """Return how a run ends whose certificate is written: it is complete only when that is, too."""
+    from cdpr_interval.engine.budget import Stop
     from solvers.cli import Ending, ExitCode
 
     line = f"{printable(file)}: {'complete' if claim.is_complete else 'partial'}: {claim.message}"
+    if (
+        not claim.is_complete
+        and options.record is not None
+        and options.record.budget.stop() is Stop.TIME_LIMIT
+    ):
+        line += "; the time limit ended the writing"
     code = answered = ExitCode(ending)
     is_interrupted = options.record is not None and options.record.is_interrupted
     if is_interrupted and answered != ExitCode.INTERRUPTED:

@@ -12,6 +12,7 @@ from solvers.shell.examples import examples
 
 if TYPE_CHECKING:
     from solvers.commands.progress import ProgressDisplay
+    from solvers.report.judgement import Judgement
     from solvers.report.source import ResultSource
 
 
@@ -56,13 +57,15 @@ def command(source: str, out: str, figures: str | None, **given: Any) -> int:
     """Draw RESULT, a file of `fk --json FILE`, or DIR, the folder of a batch.
 
     The report shows the robot with every pose in 3-D, the table of poses, tensions, and always what was left
-    undecided; of a batch the counts, statistics and distributions. Exit codes are those of `check` for the
-    certificate: 3: in part, or out of time; 5: not proved; 2: it is none. The report is written then, too.
+    undecided; of a batch the counts, statistics and distributions. Exit codes are those of
+    its judgement: 3: something is left open, or the certificate proves a part; 5: not proved, or jobs failed;
+    2: the certificate is none. The report is written then, too.
     """
     from cdpr_interval.errors import InputError
-    from solvers.cli import Ending, ExitCode
+    from solvers.cli import Ending
     from solvers.commands.progress import shown
     from solvers.commands.target import JsonTarget
+    from solvers.report.judgement import judge
 
     robot, certificate, job = given["robot"], given["certificate"], given["job"]
     target = JsonTarget(out, "--out")
@@ -75,15 +78,17 @@ def command(source: str, out: str, figures: str | None, **given: Any) -> int:
         raise InputError("--job: only for the folder of a batch")
     with shown("report", given["quiet"]) as display:
         if is_batch and job is None:
-            target.write(_batch(path, folder))
-            return ExitCode.COMPLETE
+            page, judged = _batch(path, folder)
+            target.write(page)
+            return Ending(judged.exit_code, judged.headline)
         drawn = _source(path, given, display)
         if display is not None:
             display.stage("report")
         target.write(_result(drawn, folder))
-    if drawn.proof is None:
-        return ExitCode.COMPLETE
-    return Ending(drawn.proof.conclusion.exit_code, f"certificate: {drawn.proof}")
+    if drawn.proof is not None and drawn.proof.conclusion.exit_code:
+        return Ending(drawn.proof.conclusion.exit_code, f"certificate: {drawn.proof}")
+    judged = judge(drawn.result, drawn.proof)
+    return Ending(judged.exit_code, judged.headline)
 
 
 def _source(path: Path, given: dict[str, Any], display: ProgressDisplay | None) -> ResultSource:
@@ -114,12 +119,12 @@ def _result(source: ResultSource, folder: Path | None) -> str:
     return result_page(source)
 
 
-def _batch(path: Path, folder: Path | None) -> str:
+def _batch(path: Path, folder: Path | None) -> tuple[str, Judgement]:
     from cdpr_interval.errors import InputError
     from solvers.batch.campaign import counted
     from solvers.batch.ledger import Ledger
     from solvers.batch.ledger_file import LedgerError
-    from solvers.report.batch_page import batch_page
+    from solvers.report.batch_page import batch_page, judgement_of
     from solvers.report.page import require_libraries
 
     require_libraries()
@@ -130,6 +135,6 @@ def _batch(path: Path, folder: Path | None) -> str:
                 from solvers.report.figures import batch_figures
 
                 batch_figures(ledger, summary, folder)
-            return batch_page(ledger, summary)
+            return batch_page(ledger, summary), judgement_of(ledger, summary)
     except LedgerError as error:
         raise InputError(str(error)) from None

@@ -8,6 +8,7 @@ import sys
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 import click
 
@@ -16,6 +17,8 @@ from solvers.commands.kernel_units import PLATFORM, POINT, UNITS
 from solvers.shell.examples import examples
 from solvers.shell.interrupt import interruptible
 
+HOME = str(Path(__file__).resolve().parents[2])
+"""The folder the packages lie in."""
 TICK = 0.1
 """s between two looks at the processes."""
 SHOWN_EVERY = 10.0
@@ -47,6 +50,9 @@ class Running:
 @click.option("-q", "--quiet", is_flag=True, help="Print nothing but errors.")
 def command(kind: str, threads: int | None, quiet: bool) -> None:
     """Compile the kernels beforehand, once per machine.
+
+    point: point masses on inextensible and on elastic cables; platform: six-dof platforms, their certificates
+    and trackers; all: both, some minutes of processor time. What is compiled already is only loaded.
 
     Otherwise the first question of each kind waits for them. Where they lie and how to share them: page
     docs/install.md; NUMBA_CACHE_DIR names another folder.
@@ -113,7 +119,12 @@ class WarmUp:
 
     def _start(self, name: str) -> None:
         process = subprocess.Popen(
-            [sys.executable, "-m", "solvers.commands.kernel_units", name],
+            # The kernels of this very package, whatever lies in the present folder.
+            [sys.executable, "-P", "-m", "solvers.commands.kernel_units", name],
+            env={
+                **os.environ,
+                "PYTHONPATH": os.pathsep.join(filter(None, (HOME, os.environ.get("PYTHONPATH")))),
+            },
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
             text=True,

@@ -19,7 +19,7 @@ def read_force(given: Sequence[Any], label: str = "external_force") -> Vector:
     """Return an exact force in N; `InputError` names every entry that is no number."""
     if not isinstance(given, Iterable):
         raise InputError(f"{label}: must hold 3 numbers, got {given!r}")
-    values = entries_of(given) if isinstance(given, str) else list(given)
+    values = entries_of(given, label) if isinstance(given, str) else list(given)
     if len(values) != 3:
         raise InputError(f"{label}: must hold 3 numbers, got {len(values)}")
     errors, numbers = [], []

@@ -36,7 +36,7 @@ def read_pose(pose: str, quaternion: str | None = None, label: str = "--pose") -
         One message per entry that is wrong.
     """
     errors: list[str] = []
-    entries = entries_of(pose)
+    entries = entries_of(pose, label)
     if len(entries) not in (3, 6):
         errors.append(f"{label}: must hold x,y,z or x,y,z,roll,pitch,yaw, got {len(entries)} entries")
     position = _read(label, entries[:3], lambda text: float(read_metres(text)), errors)
@@ -45,7 +45,7 @@ def read_pose(pose: str, quaternion: str | None = None, label: str = "--pose") -
     if quaternion is not None:
         if len(entries) > 3:
             errors.append(f"--quaternion: not together with roll, pitch and yaw in {label}")
-        components = entries_of(quaternion)
+        components = entries_of(quaternion, "--quaternion")
         if len(components) != 4:
             errors.append(f"--quaternion: must hold w,x,y,z, got {len(components)} entries")
         values = _read("--quaternion", components, lambda text: float(read_number(text)), errors)

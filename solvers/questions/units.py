@@ -11,6 +11,7 @@ import re
 from collections.abc import Iterable
 from fractions import Fraction
 
+from cdpr_interval.errors import InputError
 from cdpr_interval.text.literal import quote, read_number
 from cdpr_interval.text.number import exact_number
 
@@ -20,15 +21,26 @@ DEGREES = ("deg", "°")
 ANGLES = (*DEGREES, "rad")
 UNITS = (*METRES, *ANGLES)
 
+_COMMA_ALONE = re.compile(r"[0-9],[0-9]")
+_SPACE_ALONE = re.compile(r"[0-9.a-z\u00b0]\s+[-+]?[0-9.]")
 _WITH_UNIT = re.compile(r"(.*?[0-9.])\s*(mm|cm|m|deg|°|rad)", re.DOTALL)
 
 
-def entries_of(text: str) -> list[str]:
+def entries_of(text: str, label: str) -> list[str]:
     """Return the entries of a list typed with commas, with spaces, or with both.
 
     A unit may stand apart from its number (``5 deg``): it belongs to the entry before it.
+
+    Raises
+    ------
+    InputError
+        Some entries are parted by spaces alone, others by commas alone: ``0,5 0,2 1`` means decimals.
     """
     entries: list[str] = []
+    if _COMMA_ALONE.search(text) and _SPACE_ALONE.search(text):
+        raise InputError(
+            f"{label}: decimals have a point, entries stand between commas or spaces, not {quote(text)}"
+        )
     for part in text.split(","):
         words = part.split() or [""]
         first = len(entries)

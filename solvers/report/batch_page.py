@@ -17,7 +17,7 @@ from solvers.batch.summary import Group, Summary, contiguous
 from solvers.batch.summary_text import branch_title, pools
 from solvers.batch.work import Status
 from solvers.report import plots
-from solvers.report.judgement import judge_batch
+from solvers.report.judgement import Judgement, judge_batch
 from solvers.report.origin import batch_origin
 from solvers.report.page import MOST_ROWS, drawn, listed, rendered, table_of
 from solvers.report.scene import frame_points
@@ -28,6 +28,14 @@ NO_REGION = '"undecided":[]'
 """In the text of an answer."""
 
 
+def judgement_of(ledger: Ledger, summary: Summary) -> Judgement:
+    """Return the judgement of a batch from its ledger and its summary."""
+    document, checks = summary.to_json(), ledger.checks()
+    verdicts = Counter(row.verdict for row in checks)
+    unchecked = len(ledger.certified()) - len(checks)
+    return judge_batch(document["jobs"], document["jobs_with_undecided"], verdicts, unchecked)
+
+
 def batch_page(ledger: Ledger, summary: Summary) -> str:
     """Return the report of a batch from its ledger and its summary."""
     document = summary.to_json()
@@ -35,8 +43,6 @@ def batch_page(ledger: Ledger, summary: Summary) -> str:
     title = title_of(ledger, summary)
     ended, seconds = ledger.seconds()
     bad = list(ledger.recorded((Status.FAILED, Status.CRASHED)))
-    count, checks = len(ledger.certified()), ledger.checks()
-    verdicts = Counter(row.verdict for row in checks)
     scatter, caption = _scatter(ledger, summary)
     rows = [[str(job.number), job.status.value, str(job.attempts), job.message] for job in bad[:MOST_ROWS]]
     return rendered(
@@ -44,7 +50,7 @@ def batch_page(ledger: Ledger, summary: Summary) -> str:
         title=title,
         subtitle=f"{counted(sum(jobs.values()), 'problem')}, begun {ledger.fact('created')}, "
         f"{duration(seconds)} of work for {counted(ended, 'job')}",
-        judgement=judge_batch(jobs, document["jobs_with_undecided"], verdicts, count - len(checks)),
+        judgement=judgement_of(ledger, summary),
         scatter=scatter,
         scatter_caption=caption,
         groups=[

@@ -31,6 +31,11 @@ class Judgement:
     lines: tuple[str, ...]
     """What it rests on."""
 
+    @property
+    def exit_code(self) -> int:
+        """What the command that draws it ends with: the codes of `check`."""
+        return {Kind.GOOD: 0, Kind.OPEN: 3, Kind.BAD: 5}[self.kind]
+
 
 def judge(result: ResultData, proof: Proof | None) -> Judgement:
     """Return the judgement of a result: the worse of the solver's answer and the checker's verdict.

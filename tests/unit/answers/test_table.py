@@ -239,7 +239,7 @@ def test_colour_only_on_a_terminal(monkeypatch):
     assert "\x1b[32m" not in stream.getvalue()
 
 
-COMPILING = "compiling kernels for six-dof platforms, once per machine, about 45 s\n"
+COMPILING = "compiling kernels for six-dof platforms, for the first question of a kind, up to 45 s\n"
 KERNEL = """\
 import sys
 import cdpr_interval.kernels

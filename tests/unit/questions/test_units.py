@@ -84,7 +84,13 @@ def test_lengths_are_exact_in_every_unit():
     ],
 )
 def test_entries(text, entries):
-    assert entries_of(text) == entries
+    assert entries_of(text, "--pose") == entries
+
+
+@pytest.mark.parametrize("text", ["0,5 0,0 0,0", "0,3 -0,2 1,5", "1,5deg 2 3"])
+def test_decimal_commas_are_no_entries(text):
+    with pytest.raises(InputError, match="--pose: decimals have a point"):
+        entries_of(text, "--pose")
 
 
 def test_a_row_of_a_table_is_a_pose():
