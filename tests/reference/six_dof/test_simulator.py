@@ -148,7 +148,7 @@ def cogiro_lengths(taut: str) -> tuple[float, ...]:
     """Return the lengths of CoGiRo hanging on four of its eight cables, the others 5 % longer."""
     pose = {"position": [0.5, -0.4, 1.5], "rpy": [0.0, 0.0, 0.0]}
     result = inverse_kinematics(
-        load_robot("cogiro"), pose["position"], taut=taut, slack_margin=0.05, settle=True
+        load_robot("cogiro"), pose["position"], taut=taut, slack_margin=0.05, settle=True, settle_within=6.0
     )
     return tuple(float(x) for x in result.lengths)
 
