@@ -6,6 +6,8 @@ checkout=$(cd "$(dirname "$0")/.." && pwd)
 root=$(mktemp -d)
 trap 'chmod -R u+w "$root"; rm -rf "$root"' EXIT
 chmod 755 "$root"
+# An image has no such folder: its kernels lie beside the packages.
+unset NUMBA_CACHE_DIR
 
 "$checkout/scripts/container_build.sh" "$checkout" "$root/cdpr"
 nobody=
