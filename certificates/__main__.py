@@ -63,8 +63,8 @@ if __name__ == "__main__":
     signal.signal(signal.SIGTERM, signal.default_int_handler)
     try:
         code = main()
-    except KeyboardInterrupt:
-        print("interrupted", file=sys.stderr)
+    except KeyboardInterrupt as error:
+        print(*("interrupted", *error.args), sep=": ", file=sys.stderr)
         code = INTERRUPTED
     except BrokenPipeError:
         # The reader has gone (``| head``): what a shell reports then; nothing more can be written.

@@ -17,7 +17,8 @@ from certificates.apart import is_decided, require_apart
 from certificates.certificate import Certificate, about
 from certificates.container import load
 from certificates.processes import Chunk, in_turn, together
-from certificates.verdicts import Malformed, NotProved, Report, Verdict
+from certificates.reasons import reasons
+from certificates.verdicts import Malformed, NotProved, Report, Verdict, counted
 
 CHUNK = 16
 """Cells that are checked in one go."""
@@ -52,7 +53,12 @@ def check(
     size_limit
         Most bytes of the file and of the document in it; default 64 MiB.
     progress
-        Called with the numbers of cells checked and to be checked.
+        Called with the numbers of cells checked and to be checked, the second as far as it is known.
+
+    Raises
+    ------
+    KeyboardInterrupt
+        Ctrl-C, with a text that says how far the check was.
 
     Examples
     --------
@@ -65,21 +71,24 @@ def check(
     start = time.monotonic()
     report = Report(Verdict.NOT_PROVED, "", False, 0, 0, 0, 0, 0, 0, 0, 0.0)
     if sample is not None:
-        report = replace(report, seed=secrets.randbits(32) if seed is None else seed)
+        report = replace(report, chosen=sample, seed=secrets.randbits(32) if seed is None else seed)
     try:
         with clock.seconds(time_limit):
             content = path if isinstance(path, bytes) else load(path, size_limit)
             certificate = Certificate(content, size_limit)
-            report = replace(report, question=certificate.question)
+            report = replace(report, question=certificate.question, subsets=len(certificate.subsets))
             run = partial(in_turn, certificate)
             if threads > 1:
                 run = partial(together, certificate, content, size_limit, count=threads)
-            for current in reports(certificate, report, sample, run):
+            for current in reports(certificate, report, run):
                 report = current
                 if progress is not None and report.leaves:
-                    progress(report.checked, report.leaves if sample is None else min(sample, report.leaves))
+                    progress(report.checked, report.wanted)
     except clock.OutOfTime:
-        report = replace(report, verdict=Verdict.OUT_OF_TIME, message="the time limit has passed")
+        text = f"the time limit has passed: {report.extent}"
+        report = replace(report, verdict=Verdict.OUT_OF_TIME, message=text)
+    except KeyboardInterrupt:
+        raise KeyboardInterrupt(report.extent) from None
     except Malformed as error:
         report = replace(report, verdict=Verdict.MALFORMED, message=str(error))
     except Exception as error:
@@ -88,11 +97,11 @@ def check(
 
 
 def reports(
-    certificate: Certificate, report: Report, sample: int | None, run: Callable[[Iterator[Chunk]], Results]
+    certificate: Certificate, report: Report, run: Callable[[Iterator[Chunk]], Results]
 ) -> Iterator[Report]:
     """Yield what has been checked, again and again; the last report has the verdict."""
     solutions, cells = certificate.solutions, []
-    report = replace(report, solutions=len(solutions), subsets=len(certificate.subsets))
+    report = replace(report, solutions=len(solutions))
     backed: set[int] = set()
     for k in range(report.subsets):
         clock.in_time()
@@ -101,23 +110,27 @@ def reports(
         backed |= found
         cells.append(count)
         pending, undecided = report.pending + pending, report.undecided + undecided
-        report = replace(report, leaves=report.leaves + count, pending=pending, undecided=undecided)
+        report = replace(
+            report, leaves=report.leaves + count, pending=pending, undecided=undecided, examined=k + 1
+        )
         yield report
     for k in sorted({*range(len(solutions))} - backed):
         raise NotProved(f"solution {k + 1} is backed by no proof")
     require_apart(certificate.problem, solutions)
     chosen = None
-    if sample is not None and sample < report.leaves:
-        chosen = sorted(random.Random(report.seed).sample(range(report.leaves), sample))
+    if report.wanted < report.leaves:
+        chosen = sorted(random.Random(report.seed).sample(range(report.leaves), report.wanted))
     for checked, parts in run(chunks(certificate, cells, chosen)):
         report = replace(report, checked=report.checked + checked, parts=report.parts + parts)
         yield report
         clock.in_time()
+    report = replace(report, reasons=tuple(reasons(certificate, report.pending, report.undecided)))
     text, complete = summary(certificate, report.pending, report.undecided)
     if report.checked == report.leaves:
         yield replace(report, verdict=Verdict.PROVED, message=text, complete=complete)
     else:
-        text = f"{report.checked} of {report.leaves} cells are confirmed; all of them would prove: {text}"
+        of_all = f"{report.checked} of {counted(report.leaves, 'cell')}"
+        text = f"{of_all} confirmed; all of them would prove: {text}"
         yield replace(report, verdict=Verdict.SAMPLED, message=text)
 
 
@@ -145,15 +158,14 @@ def summary(certificate: Certificate, pending: int, undecided: int) -> tuple[str
     problem, solutions = certificate.problem, certificate.solutions
     open_entries = sum(not is_decided(s) for s in solutions)
     is_open = bool(pending or undecided or certificate.left_out)
-    left = f"{pending} pending, {undecided} undecided, {certificate.left_out} not certified"
+    left = f"{pending} pending, {undecided} undecided, {len(certificate.left_out)} not certified"
     asked = f" of {certificate.name(0)}" if problem.taut is not None else ""
     asked += " (slackness ignored)" * problem.ignore_slack + " (signs ignored)" * problem.ignore_tension_sign
     if open_entries:
         others = f"; others may exist: {left}" if is_open else ""
         entries = f"the entries{asked} hold, {open_entries} of {len(solutions)} with an undecided cable"
         return f"{entries}: how many static poses there are is not proved{others}", False
-    number = str(len(solutions)) if solutions or is_open else "no"
-    text = f"{number} static pose{'s' * (len(solutions) != 1 and number != 'no')}"
+    text = counted(len(solutions), "static pose") if solutions or is_open else "no static pose"
     if any(s.family for s in solutions):
         text += f" ({sum(s.family is not None for s in solutions)} with a family)"
     if is_open:

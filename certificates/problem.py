@@ -201,13 +201,14 @@ def read_solution(value: Any, count: int) -> Listed:
     return listed
 
 
-def read_left_out(document: Any, problem: Problem) -> int:
-    """Return how many found poses are not certified."""
+def read_left_out(document: Any, problem: Problem) -> list[str]:
+    """Return the reasons of the found poses that are not certified, one for each."""
+    found = []
     for value in list_of(document["not_certified"], "not_certified"):
         taut, reason = entry_of(value, "not_certified", ("taut", "reason")).values()
         read_taut(taut, len(problem.names), least=0)
-        text_of(reason, "reason")
-    return len(document["not_certified"])
+        found.append(text_of(reason, "reason"))
+    return found
 
 
 def read_family(value: Any) -> Turning:

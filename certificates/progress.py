@@ -1,4 +1,4 @@
-"""How far a check is: one line on a terminal, rewritten a few times a second."""
+"""How far a check is: one line on a terminal, rewritten a few times a second; in a log lines."""
 
 from __future__ import annotations
 
@@ -7,8 +7,12 @@ import time
 from contextlib import suppress
 from typing import TextIO
 
+from certificates.verdicts import counted
+
 SECONDS_BETWEEN = 0.2
-"""Between two lines."""
+"""Between two lines on a terminal."""
+SECONDS_IN_LOG = 10.0
+"""Between two lines of a log."""
 ERASE = "\r\x1b[K"
 
 
@@ -17,18 +21,21 @@ class ProgressLine:
 
     def __init__(self, stream: TextIO) -> None:
         self.stream = stream
-        self.is_shown = stream.isatty() and os.environ.get("TERM") != "dumb"
+        self.is_rewritten = stream.isatty() and os.environ.get("TERM") != "dumb"
         self.begun = self.written = time.monotonic()
         self.is_drawn = False
 
     def __call__(self, done: int, total: int) -> None:
-        """Rewrite the line, unless that was done a moment ago."""
+        """Write the line, unless that was done a moment ago."""
         now = time.monotonic()
-        if not self.is_shown or (self.is_drawn and now - self.written < SECONDS_BETWEEN and done < total):
-            return
         left = f", {(now - self.begun) * (total - done) / done:.0f} s left" if 0 < done < total else ""
-        self.write(f"{ERASE}{done}/{total} cells{left}")
-        self.written, self.is_drawn = now, True
+        text, passed = f"{done}/{counted(total, 'cell')}{left}", now - self.written
+        if not self.is_rewritten and passed > SECONDS_IN_LOG:
+            self.write(f"{text}\n")
+            self.written = now
+        elif self.is_rewritten and (not self.is_drawn or passed > SECONDS_BETWEEN or done >= total):
+            self.write(f"{ERASE}{text}")
+            self.written, self.is_drawn = now, True
 
     def erase(self) -> None:
         """Take the line off the terminal."""

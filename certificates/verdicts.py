@@ -69,6 +69,11 @@ REMARKS = {
 }
 
 
+def counted(number: int, one: str, several: str = "") -> str:
+    """Return a number with its noun."""
+    return f"{number} {one if number == 1 else several or one + 's'}"
+
+
 @dataclass(frozen=True)
 class Report:
     """The outcome of a check."""
@@ -95,6 +100,26 @@ class Report:
     """By which a sample was drawn."""
     question: tuple[str, ...] = ()
     """Robot, lengths, force and subset, as the file has them."""
+    examined: int = 0
+    """Subsets that were checked but for their cells."""
+    chosen: int | None = None
+    """Cells to be checked of all, where a sample is."""
+    reasons: tuple[str, ...] = ()
+    """Why something is left open, as the file has it, counted."""
+
+    @property
+    def wanted(self) -> int:
+        """How many cells are to be checked, as far as their subsets are examined."""
+        return self.leaves if self.chosen is None else min(self.chosen, self.leaves)
+
+    @property
+    def extent(self) -> str:
+        """How far the check is."""
+        if not self.subsets:
+            return "the file is not read"
+        if self.examined < self.subsets:
+            return f"{self.examined} of {counted(self.subsets, 'subset')} examined, no cell checked"
+        return f"{self.checked} of {counted(self.wanted, 'cell')} checked"
 
     @property
     def conclusion(self) -> Conclusion:
@@ -107,7 +132,10 @@ class Report:
         return [
             f"{self.conclusion}: {self.message}".encode("ascii", "backslashreplace").decode(),
             *self.question,
-            f"{self.solutions} entries, {self.subsets} subsets, {self.leaves} cells",
-            f"{self.checked} cells checked in {self.parts} parts, {self.seconds:.2f} s{drawn}",
+            f"{counted(self.solutions, 'entry', 'entries')}, {counted(self.subsets, 'subset')},"
+            f" {counted(self.leaves, 'cell')}",
+            f"{counted(self.checked, 'cell')} checked in {counted(self.parts, 'part')},"
+            f" {self.seconds:.2f} s{drawn}",
             f"{self.pending} pending, {self.undecided} undecided",
+            *(line.encode("ascii", "backslashreplace").decode() for line in self.reasons),
         ]

@@ -12,5 +12,7 @@ shift 2
 python3 -m venv "$prefix"
 "$prefix/bin/pip" install --quiet --no-cache-dir --disable-pip-version-check "$@" "$checkout[report,plot]"
 # A kernel's machine code is for this processor: an image for many kinds names a common one in NUMBA_CPU_NAME.
+echo "cdpr-solve: compiling kernels, some minutes of processor time"
 "$prefix/bin/cdpr-solve" warm-up --quiet
+echo "cdpr-solve: kernels are compiled"
 chmod -R a+rX,a-w "$prefix"

@@ -20,6 +20,8 @@ ROOT = Path(__file__).resolve().parents[1]
 FILE = re.compile(r"^```(?:yaml|csv|json) (\S+)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 CONSOLE = re.compile(r"^```console\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 NUMBER = re.compile(r"([-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?)")
+MEANWHILE = re.compile(r"compiling|(search|certificate|check|batch|report|polynomial) after \d")
+"""What a line begins with that is written while a command works, if that takes long."""
 LIMIT = 300
 """Seconds for a command: the first one may have to compile kernels."""
 
@@ -70,7 +72,7 @@ class Session:
             check=False,
         )
         self._code = done.returncode
-        found = [t for t in done.stdout.splitlines(keepends=True) if not t.startswith("compiling")]
+        found = [t for t in done.stdout.splitlines(keepends=True) if not MEANWHILE.match(t)]
         return "".join(found[: int(most)] if most else found)
 
 

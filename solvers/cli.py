@@ -41,6 +41,13 @@ COMMANDS = {
 VERBOSE = ("-v", "--verbose")
 NUMBER_AS_WORD = re.compile(r"(No such option '-|extra arguments? \()[-+]?\.?\d")
 """Errors of usage whose culprit is a number."""
+SYNONYMS = {
+    **dict.fromkeys(("jobs", "workers", "processes", "cores", "cpus", "j"), "threads"),
+    **dict.fromkeys(("timeout", "time", "seconds"), "time-limit"),
+    **dict.fromkeys(("force", "load"), "external-force"),
+    **dict.fromkeys(("output", "o"), "out"),
+}
+"""Options of other programs, and what they are called here."""
 GARBAGE_THRESHOLD = 100_000
 """New objects after which Python looks for cycles, instead of 700: imports make many objects and no garbage.
 With `gc.freeze` at the end a short command takes a quarter less time."""
@@ -98,7 +105,7 @@ class OutputClosed(Exception):
 
 
 class Interrupted(Exception):
-    """Ctrl-C or SIGTERM. No KeyboardInterrupt: click writes an empty line for those."""
+    """Ctrl-C or SIGTERM, with what was done until then. No KeyboardInterrupt: click writes an empty line."""
 
 
 @contextmanager
@@ -107,8 +114,8 @@ def _own_exceptions() -> Iterator[None]:
         yield
     except BrokenPipeError as error:
         raise OutputClosed from error
-    except KeyboardInterrupt:
-        raise Interrupted from None
+    except KeyboardInterrupt as error:
+        raise Interrupted(*error.args) from None
 
 
 class CommandLine(click.Group):
@@ -190,8 +197,8 @@ class CommandLine(click.Group):
             return _fail(ExitCode.INVALID, f"{error.ctx.command_path}: which command is missing")
         except click.ClickException as error:
             return _fail(ExitCode.INVALID, _one_line(error))
-        except (click.Abort, KeyboardInterrupt, Interrupted):
-            return _fail(ExitCode.INTERRUPTED, "interrupted")
+        except (click.Abort, KeyboardInterrupt, Interrupted) as error:
+            return _fail(ExitCode.INTERRUPTED, ": ".join(["interrupted", *map(str, error.args)]))
         except (BrokenPipeError, OutputClosed):
             raise
         except Exception as error:
@@ -218,6 +225,20 @@ def _command_meant(word: str) -> str | None:
     return close[0] if close and close[0] in COMMANDS else None
 
 
+def _options_meant(error: click.NoSuchOption) -> list[str]:
+    """Return the options that an unknown one may stand for: of the same meaning, or much alike."""
+    import difflib
+
+    if error.ctx is None or not (word := error.option_name.lstrip("-")):
+        return []
+    names = [name for one in error.ctx.command.params for name in one.opts if name.startswith("--")]
+    own = {name[2:]: name for name in names}
+    if (other := SYNONYMS.get(word)) in own:
+        return [own[other]]
+    # Without the dashes, which all have in common.
+    return [own[name] for name in difflib.get_close_matches(word, own)]
+
+
 def _discard_output() -> None:
     """Let what is still held for a closed pipe go nowhere; Python would complain about it at its end."""
     nowhere = os.open(os.devnull, os.O_WRONLY)
@@ -235,6 +256,9 @@ def _one_line(error: click.ClickException) -> str:
     if isinstance(error, click.BadParameter) and error.param is not None and error.param.opts:
         return f"{error.param.opts[-1]}: {' '.join(error.message.split())}"
     text = " ".join(error.format_message().split())
+    if isinstance(error, click.NoSuchOption):
+        meant = " or ".join(map(repr, _options_meant(error)))
+        text = f"{error.message} Did you mean {meant}?" if meant else error.message
     if NUMBER_AS_WORD.search(text):
         # `--pose 1 -2 3`: the shell has made three words of what was meant as one.
         text = f"{text.rstrip('.')}: a value that holds spaces needs quotes"

@@ -25,6 +25,7 @@ from cdpr_interval.symbolic import inextensible, planar
 from cdpr_interval.symbolic.eliminant import MOST_CABLES, Eliminant, eliminant
 from cdpr_interval.symbolic.elimination import Vanishes
 from cdpr_interval.symbolic.statics import Statics
+from cdpr_interval.text.count import counted
 from solvers.answers.result import Result
 from solvers.forward import answer_question, pose_problem
 from solvers.point_mass import scope as point_mass
@@ -151,6 +152,7 @@ def polynomial_report(
     tensions: Any = None,
     taut: Any = None,
     external_force: Any = None,
+    threads: int = 1,
 ) -> Report:
     """Derive the eliminant of a subset of taut cables, its roots and poses, and compare with `fk`.
 
@@ -166,6 +168,8 @@ def polynomial_report(
         The taut cables; default: all.
     external_force : sequence of 3 numbers, optional
         N, base axes.
+    threads : int
+        Of the search that is compared with.
 
     Raises
     ------
@@ -191,8 +195,11 @@ def polynomial_report(
     chosen = problem.taut if problem.taut is not None else tuple(range(len(robot.cables)))
     problem = Problem(robot, problem.lengths, problem.external_force, chosen)
     if not point_mass.accepts(robot):
-        return of_platform(problem, chosen)
-    return of_springs(problem, chosen) if robot.is_elastic else of_spheres(problem, chosen)
+        report = of_platform(problem, chosen)
+    else:
+        report = of_springs(problem, chosen) if robot.is_elastic else of_spheres(problem, chosen)
+    report.comparison = compared(report, problem, chosen, threads)
+    return report
 
 
 def refuse_ranges(ranges: Sequence[tuple[Fraction, Fraction]], label: str) -> None:
@@ -234,7 +241,6 @@ def of_springs(problem: Problem, chosen: Sequence[int]) -> Report:
         system=statics,
     )
     describe(report, statics, problem)
-    report.comparison = compared(report, problem, chosen)
     return report
 
 
@@ -337,7 +343,6 @@ def of_spheres(problem: Problem, chosen: Sequence[int]) -> Report:
             static = all(t > 0 for t in tensions)
             root = balls.to_bounds(sign * arb(form.square).sqrt())
             report.roots.append(Found(root, bounds(centre), balls.to_bounds(level), bounds(tensions), static))
-    report.comparison = compared(report, problem, chosen)
     return report
 
 
@@ -367,7 +372,6 @@ def of_platform(problem: Problem, chosen: Sequence[int]) -> Report:
             add_planar(report, problem, data, side)
     except Vanishes as error:
         raise NotSupportedError(f"no eliminant: {error}") from None
-    report.comparison = compared(report, problem, chosen)
     return report
 
 
@@ -390,11 +394,10 @@ def add_planar(report: Report, problem: Problem, data: planar.Planar, side: int)
             )
 
 
-def compared(report: Report, problem: Problem, chosen: Sequence[int]) -> Comparison:
+def compared(report: Report, problem: Problem, chosen: Sequence[int], threads: int) -> Comparison:
     """Compare with the interval search of the same subset, the other cables ignored."""
-    options = Options(
-        ignore_slack=True, method=Method.SEARCH if point_mass.accepts(problem.robot) else Method.AUTO
-    )
+    method = Method.SEARCH if point_mass.accepts(problem.robot) else Method.AUTO
+    options = Options(ignore_slack=True, method=method, threads=threads)
     return agreement(report, answer_question(problem, options), chosen)
 
 
@@ -405,15 +408,14 @@ def agreement(report: Report, result: Result, chosen: Sequence[int]) -> Comparis
         return Comparison(None, f"undecided: fk is not complete ({result.message})")
     holds = [[within(root, s, chosen) for s in result.solutions] for root in static]
     poses, boxes = len(static), len(result.solutions)
+    found, places = counted(poses, "static pose"), counted(boxes, "box", "boxes")
     if (
         all(sum(row) == 1 for row in holds)
         and all(sum(c) == 1 for c in zip(*holds, strict=True))
         and poses == boxes
     ):
-        return Comparison(True, f"yes, {poses} static poses in {boxes} boxes, one in each")
-    return Comparison(
-        False, f"NO: {poses} static poses, {boxes} boxes; boxes of each pose: {[sum(r) for r in holds]}"
-    )
+        return Comparison(True, f"yes, {found} in {places}, one in each")
+    return Comparison(False, f"NO: {found}, {places}; boxes of each pose: {[sum(r) for r in holds]}")
 
 
 def within(root: Found, solution: Any, chosen: Sequence[int]) -> bool:

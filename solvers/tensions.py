@@ -49,6 +49,7 @@ from solvers.questions.force import NO_LOAD, ZERO, read_force
 from solvers.questions.lengths import read_lengths
 from solvers.questions.problem import Options, Problem
 from solvers.questions.subset import read_subset
+from solvers.questions.units import NEWTONS
 
 Floats = NDArray[np.float64]
 STEPS = 200
@@ -111,7 +112,7 @@ def tension_problem(
 def read_tensions(given: Any, names: Sequence[str]) -> tuple[tuple[Fraction, Fraction], ...]:
     """Return one exact range in N per cable, with the errors of `read_lengths` in the words of tensions."""
     try:
-        return read_lengths(given, names, "tensions")
+        return read_lengths(given, names, "tensions", NEWTONS)
     except InputError as error:
         lines = [line.replace(" lengths for ", " tensions for ") for line in error.messages]
         raise InputError(*lines) from None

@@ -83,6 +83,8 @@ class DriveBus(Protocol):
         ------
         BusError
             One line for each thing that is missing or refused; no drive is enabled then.
+        InputError
+            A library that the bus needs is not installed.
         """
 
     def write_all(self, commands: Sequence[Command]) -> None:

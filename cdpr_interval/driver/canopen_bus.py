@@ -18,6 +18,7 @@ from typing import Any
 from cdpr_interval.driver import canopen_objects as objects
 from cdpr_interval.driver import cia402
 from cdpr_interval.driver.bus import BusError, Command, Feedback
+from cdpr_interval.driver.canopen_library import canopen_library
 from cdpr_interval.driver.canopen_objects import RPDOS, TPDOS
 from cdpr_interval.driver.canopen_settings import DriveSettings, configure, settings_of
 from cdpr_interval.robots.cable_robot import Robot
@@ -112,7 +113,7 @@ class CanOpenBus:
     def connect(self) -> None:
         """Open the bus, configure every drive, read everything back, let data flow; see `DriveBus`."""
         self.close()
-        canopen = _library()
+        canopen = canopen_library()
         self._heard = [Heard() for _ in self._drives]
         self._last = []
         network = canopen.Network()
@@ -298,8 +299,10 @@ def stop_from_outside(robot: Robot, interface: str, channel: str, **options: Any
     ------
     BusError
         When the bus cannot be used.
+    InputError
+        The extra ``driver`` is not installed.
     """
-    canopen = _library()
+    canopen = canopen_library()
     network = canopen.Network()
     network.NOTIFIER_CYCLE = LISTENING_CYCLE
     try:
@@ -324,12 +327,3 @@ def _feedback(heard: Heard) -> Feedback:
         return Feedback(0, 0, 0, 0, 0, 0, None, *rest)
     (status, mode, position), (probe, caught, torque) = first, second
     return Feedback(status, mode, position, torque, probe, caught, heard.whole_at, *rest)
-
-
-def _library() -> Any:
-    """Import canopen, or say which extra is missing."""
-    try:
-        import canopen
-    except ImportError as error:
-        raise BusError(f"{error.name} is not installed: pip install '.[driver]'") from None
-    return canopen

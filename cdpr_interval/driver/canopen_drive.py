@@ -16,6 +16,7 @@ from typing import Any
 
 from cdpr_interval.driver import canopen_objects as objects
 from cdpr_interval.driver.bus import BusError, Command
+from cdpr_interval.driver.canopen_library import canopen_library
 from cdpr_interval.driver.canopen_objects import RPDOS, TPDOS
 from cdpr_interval.driver.cia402 import DriveState
 from cdpr_interval.driver.simulated_drive import FaultKind, SimulatedDrive
@@ -221,10 +222,7 @@ class SimulatedNetwork:
 
     def start(self) -> None:
         """Open the bus and let the drives live."""
-        try:
-            import canopen
-        except ImportError as error:
-            raise BusError(f"{error.name} is not installed: pip install '.[driver]'") from None
+        canopen = canopen_library()
         self._network = canopen.Network()
         self._network.NOTIFIER_CYCLE = 10 * TICK
         try:

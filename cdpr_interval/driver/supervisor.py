@@ -26,6 +26,7 @@ from cdpr_interval.driver.violation import Interlock, Stopped, Violation
 from cdpr_interval.errors import InputError
 from cdpr_interval.exact.range import Range
 from cdpr_interval.robots.cable_robot import Robot
+from cdpr_interval.text.count import counted
 
 SLEW = 1e-3
 """Share of a cycle by which the clock of the path may differ from the one of the bus, to meet it."""
@@ -61,9 +62,8 @@ class Supervisor:
         if without:
             raise InputError(f"robot '{robot.name}': no winch for {', '.join(without)}")
         if bus.count != len(robot.cables):
-            raise InputError(
-                f"robot '{robot.name}' has {len(robot.cables)} cables, the bus {bus.count} drives"
-            )
+            cables, drives = counted(len(robot.cables), "cable"), counted(bus.count, "drive")
+            raise InputError(f"robot '{robot.name}' has {cables}, the bus {drives}")
         self.robot, self.bus, self.settings = robot, bus, robot.winches
         self.axes = [
             Axis(cable.name, cable.winch, self.settings.cycle, self.settings.correction_rate)
@@ -468,7 +468,8 @@ class Supervisor:
 
     def _require_count(self, values: Sequence[object]) -> None:
         if len(values) != len(self.axes):
-            raise InputError(f"lengths: {len(self.axes)} cables, got {len(values)} entries")
+            given = counted(len(values), "entry", "entries")
+            raise InputError(f"lengths: {counted(len(self.axes), 'cable')}, got {given}")
 
     def _require_referenced(self) -> None:
         bad = [f"{axis.name} is {axis.state.value}" for axis in self.axes if axis.state not in _AUTOMATIC]

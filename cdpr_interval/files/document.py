@@ -34,6 +34,7 @@ import yaml
 from cdpr_interval.errors import InputError
 from cdpr_interval.files.spelling import key_hint
 from cdpr_interval.files.syntax import explained
+from cdpr_interval.text.count import counted
 from cdpr_interval.text.literal import Scalar, printable, quote, resolve
 
 LARGEST_FILE = 1_000_000
@@ -175,7 +176,7 @@ class Document:
             if shown[kind] == MOST_ALIKE < self._alike[kind]:
                 lines.append(f"{self.file}: and {self._alike[kind] - MOST_ALIKE} more like it")
         if self._further:
-            lines.append(f"{self.file}: and {self._further} more errors")
+            lines.append(f"{self.file}: and {counted(self._further, 'more error')}")
         return tuple(lines)
 
     def require_valid(self) -> None:

@@ -9,6 +9,7 @@ from __future__ import annotations
 import re
 from typing import Any, NamedTuple
 
+from cdpr_interval.text.count import counted
 from cdpr_interval.text.literal import printable
 
 LINES_ABOVE = 3
@@ -79,7 +80,7 @@ def _indented_by_tab(lines: list[str], number: int) -> Explained | None:
     if number not in tabs:
         return None
     first = min(tabs)
-    others = f" (and {len(tabs) - 1} more lines)" if len(tabs) > 1 else ""
+    others = f" (and {counted(len(tabs) - 1, 'more line')})" if len(tabs) > 1 else ""
     column = lines[first].index("\t") + 1
     return Explained(first + 1, column, f"a tab: YAML is indented by spaces only{others}")
 

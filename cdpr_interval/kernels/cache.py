@@ -15,7 +15,10 @@ names, and a process that dies between the two would leave the data of an older 
 numba replaces each file of its cache at once, but a kernel that is saved takes two: the index, which names a
 data file for each signature, and that data file. Two processes that compile different signatures of one
 kernel (the workers of a batch on a new machine) can both choose the same data file, and later runs load the
-machine code of one signature for the other. A lock on the folder keeps index and data together.
+machine code of one signature for the other. A lock on the folder keeps index and data together. The system
+frees it when its process dies. It is held for moments; where somebody holds it for long (a stopped process, a
+file system whose locks outlive a machine) this process says so and leaves that folder alone: it compiles what
+it needs, and saves nothing there.
 """
 
 from __future__ import annotations
@@ -31,7 +34,7 @@ from contextlib import contextmanager, suppress
 from functools import cache
 from typing import Any
 
-from filelock import FileLock
+from filelock import FileLock, Timeout
 from numba.core import caching, config
 
 from cdpr_interval.kernels import sources
@@ -43,6 +46,8 @@ PREFIX = "cdpr-"
 """What the names of the folders start with; a name and the digest follow."""
 ANY = "all"
 """Stands for the name where a kernel may be made of every file."""
+PATIENCE = 60.0
+"""s that a lock is waited for: it is held while a file is read or written."""
 TEMPORARY = "cdpr-kernels-"
 """What the name of a temporary folder starts with."""
 KEPT = 3
@@ -52,13 +57,38 @@ them that somebody may go back to (another branch, a change taken back) without 
 _MODULE = re.compile(rb"(?:cdpr_interval|solvers)[\w.]*")
 
 
+class Held(Exception):
+    """Somebody else holds the lock of a folder, and does not give it back."""
+
+
+_given_up: set[str] = set()
+"""Folders whose lock was waited for in vain."""
+
+
 @contextmanager
 def locked(folder: str) -> Iterator[None]:
-    """Hold the lock of a folder that exists; where there is none, or no locks, go on without."""
+    """Hold the lock of a folder that exists; where there is none, or no locks, go on without.
+
+    Raises
+    ------
+    Held
+        Another process has it, for longer than `PATIENCE`; from then on at once.
+    """
+    if folder in _given_up:
+        raise Held(folder)
     lock = FileLock(os.path.join(folder, LOCK))
-    with suppress(OSError, NotImplementedError):
+    try:
         if os.path.isdir(folder):
-            lock.acquire()
+            lock.acquire(timeout=PATIENCE)
+    except Timeout:
+        _given_up.add(folder)
+        logging.getLogger(LOGGER).warning(
+            f"compiled kernels are not used and not kept: another process has held {lock.lock_file} for"
+            f" {PATIENCE:g} s"
+        )
+        raise Held(folder) from None
+    except (OSError, NotImplementedError):
+        pass
     try:
         yield
     finally:
@@ -129,7 +159,7 @@ class KeyedCacheFile(caching.IndexDataCacheFile):  # type: ignore[misc]
 
     def flush(self) -> None:
         """Forget the code of every signature."""
-        with self._alone():
+        with suppress(Held), self._alone():
             super().flush()
 
     def save(self, key: Any, data: Any) -> None:
@@ -139,13 +169,14 @@ class KeyedCacheFile(caching.IndexDataCacheFile):  # type: ignore[misc]
             if os.path.basename(folder := os.path.dirname(self._shared_path)).startswith(TEMPORARY):
                 tell_temporary(folder)
             # Into a folder that is filled and cannot be written nothing is saved.
-            with suppress(PermissionError), self._alone():
+            with suppress(PermissionError, Held), self._alone():
                 super().save(self._keyed(key, others), data)
 
     def load(self, key: Any) -> Any:
         """Return the code of one signature, None when there is none."""
-        with locked(self._shared_path):
+        with suppress(Held), locked(self._shared_path):
             return super().load(self._keyed(key, self._strangers(key)))
+        return None
 
     def _strangers(self, key: Any) -> list[str]:
         """Return our modules that the pickle of a signature names and the digest of the folder leaves out.

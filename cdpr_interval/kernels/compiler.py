@@ -11,6 +11,7 @@ The arithmetic is the same in every case: LLVM may not change the value of an op
 
 from __future__ import annotations
 
+import gc
 from collections.abc import Iterable
 from types import SimpleNamespace
 from typing import Any
@@ -20,6 +21,7 @@ from numba.core import caching, sigutils, typing
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import Compiler
 from numba.core.registry import CPUDispatcher
+from numba.core.targetconfig import ConfigStack
 
 ENVIRONMENT = "_ZN08NumbaEnv"
 """What numba starts the names of variables with by which code finds its kernel's environment."""
@@ -63,16 +65,80 @@ class InnerCode(EntryCode):
         self._shared_module = shared
 
 
+class Compilation:
+    """What the kernels have in common that are compiled for one that Python calls.
+
+    While it lasts nobody looks for garbage: a compiler makes many objects, and nearly all stay in use.
+    numba compiles in one thread at a time.
+    """
+
+    def __init__(self) -> None:
+        self._depth = 0
+        self._collected = False
+        self._found: dict[Any, dict[Any, Any]] = {}
+
+    def __enter__(self) -> None:
+        if self._depth == 0:
+            self._collected = gc.isenabled()
+            gc.disable()
+        self._depth += 1
+
+    def __exit__(self, *error: object) -> None:
+        self._depth -= 1
+        if self._depth == 0:
+            self._found.clear()
+            if self._collected:
+                gc.enable()
+
+    def found(self, flags: Any) -> dict[Any, Any]:
+        """Return the signatures found so far for kernels that are compiled with these flags, by call."""
+        return self._found.setdefault(flags, {})
+
+
+COMPILATION = Compilation()
+
+
+class CallTypes:
+    """numba's typing context for one kernel, which finds the signature of equal calls once.
+
+    numba asks again for every call of a kernel until no type changes, and for each of those that are alike.
+    """
+
+    def __init__(self, context: Any, found: dict[Any, Any]) -> None:
+        self._context = context
+        self._found = found
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._context, name)
+
+    def resolve_function_type(self, func: Any, args: Any, kws: Any) -> Any:
+        """Return the signature of a call, or None."""
+        call = func, args, tuple(kws.items())
+        found = self._found.get(call)
+        if found is None:
+            found = self._found[call] = self._context.resolve_function_type(func, args, kws)
+        return found
+
+
 class EntryCompiler(Compiler):  # type: ignore[misc]
     """numba's compiler, with a library of ours."""
 
     code: type[EntryCode] = EntryCode
+
+    def compile_extra(self, func: Any) -> Any:
+        """Compile a function."""
+        with COMPILATION:
+            return super().compile_extra(func)
 
     def define_pipelines(self) -> Any:
         """Return numba's passes."""
         state = self.state
         state.library = self.code(state.targetctx.codegen(), state.func_id.func_qualname)
         state.library.enable_object_caching()
+        flags = ConfigStack().top()
+        # What numba compiles of its own for one kernel serves the others, with an entry or without.
+        flags.no_cpython_wrapper = True
+        state.typingctx = CallTypes(state.typingctx, COMPILATION.found(flags))
         return super().define_pipelines()
 
 
@@ -134,7 +200,8 @@ class EntryKernel(CPUDispatcher):  # type: ignore[misc]
     """A kernel that Python calls, and kernels too: these get the code without the entry."""
 
     def __init__(self, function: Any, signatures: Iterable[Any], options: dict[str, Any]) -> None:
-        super().__init__(function, targetoptions=options, pipeline_class=EntryCompiler)
+        called = {**options, "no_cfunc_wrapper": True}
+        super().__init__(function, targetoptions=called, pipeline_class=EntryCompiler)
         self.enable_caching()
         self._inner = InnerKernel(function, signatures, options)
 

@@ -1,8 +1,9 @@
-"""Enclosures of roll, pitch and yaw of a certified rotation, for display."""
+"""Roll, pitch and yaw for display: enclosures of those of a certified rotation, and plain ones as text."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 from cdpr_interval.exact.enclosure import Bounds
 
@@ -31,6 +32,11 @@ def rpy_enclosures(rotation: Bounds) -> tuple[Range | None, Range | None, Range 
     low, high = (math.asin(max(-1.0, min(1.0, -bound))) for bound in (sine[1], sine[0]))
     # Near a quarter turn asin magnifies the rounding of its argument: the margin grows with it.
     return roll, _degrees(low - 2 * MARGIN, high + 2 * MARGIN), yaw
+
+
+def shown_angles(angles: Sequence[float]) -> str:
+    """Return angles in rad as degrees for a person to read."""
+    return ", ".join(f"{math.degrees(angle):z.4f}deg" for angle in angles)
 
 
 def _atan2(y: Range, x: Range) -> Range | None:

@@ -8,8 +8,9 @@ from itertools import combinations
 import numpy as np
 
 from cdpr_interval.exact.enclosure import Bounds
+from cdpr_interval.text.count import counted
 from solvers.answers.data import CableState, Proof, ResultData, Solution, SubsetReport
-from solvers.answers.message import counted, miscounted
+from solvers.answers.message import miscounted
 
 ROUNDED = 4
 """Widest enclosure of one exact length, in units of its last place."""

@@ -14,6 +14,7 @@ from typing import Annotated, Literal
 from cdpr_interval.exact.enclosure import Bounds
 from cdpr_interval.mechanics.stability import Stability
 from cdpr_interval.robots.cable_robot import Robot
+from cdpr_interval.text.count import counted
 from solvers.answers.fields import (
     ANY,
     Cables,
@@ -193,7 +194,7 @@ class Undecided(Described):
 
     def __repr__(self) -> str:
         box = " x ".join(f"[{lo:.6g}, {hi:.6g}]" for lo, hi in self.position.tolist())
-        return f"<Undecided taut {self.taut}, {self.cells} cells in {box} m: {self.reason}>"
+        return f"<Undecided taut {self.taut}, {counted(self.cells, 'cell')} in {box} m: {self.reason}>"
 
 
 @dataclass(frozen=True)

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 from cdpr_interval.errors import InputError
 from cdpr_interval.files.document import child
+from cdpr_interval.text.count import counted
 from solvers.answers.data import FORMAT, ResultData
 from solvers.answers.fields import Described
 from solvers.answers.json_text import Json
@@ -151,7 +152,7 @@ def _complaints(error: ValidationError, label: str) -> list[str]:
     details = error.errors(include_url=False)
     lines = [f"{_path(detail, label)}: {_rule(detail)}" for detail in details[:MOST_COMPLAINTS]]
     if len(details) > MOST_COMPLAINTS:
-        lines.append(f"{label}: and {len(details) - MOST_COMPLAINTS} more errors")
+        lines.append(f"{label}: and {counted(len(details) - MOST_COMPLAINTS, 'more error')}")
     return lines
 
 

@@ -17,6 +17,7 @@ import numpy as np
 from cdpr_interval.exact.decimals import exact_text
 from cdpr_interval.exact.enclosure import Bounds
 from cdpr_interval.exact.range import LengthRange
+from cdpr_interval.text.count import counted
 from solvers.answers.robot_data import LONGEST, robot_from_json, robot_to_json
 
 CABLES, ANY = "N", "m"
@@ -280,7 +281,8 @@ def _names(indices: Sequence[int], info: Any) -> list[str]:
 
 def _one_each(value: tuple[Any, ...], info: Any) -> tuple[Any, ...]:
     if len(value) != len(info.context):
-        raise ValueError(f"must hold one entry for each of {len(info.context)} cables, holds {len(value)}")
+        cables = counted(len(info.context), "cable")
+        raise ValueError(f"must hold one entry for each of {cables}, holds {len(value)}")
     return value
 
 

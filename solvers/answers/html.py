@@ -5,7 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from html import escape
 
+from solvers.answers import ik_table
 from solvers.answers.data import ResultData
+from solvers.answers.inverse import IkResult
 from solvers.answers.pose_row import POINT_MASS, PoseRow, pose_rows
 from solvers.answers.region_row import region_rows
 from solvers.answers.table import title_of
@@ -30,6 +32,17 @@ def html_of(result: ResultData) -> str:
         found = ([row.name, row.taut, row.size, *row.position, row.reason] for row in regions)
         parts.append("<p>Undecided regions</p>")
         parts.append(_table(["", "taut", "size", "x m", "y m", "z m", "reason"], found, len(regions)))
+    return f"<div>{''.join(parts)}</div>"
+
+
+def ik_html_of(result: IkResult) -> str:
+    """Return the sentence, the poses, the cables and what can be pasted of a result of inverse kinematics."""
+    parts = [f"<p><b>{escape(ik_table.title_of(result))}</b></p>"]
+    parts += [f"<p>{name} {escape(place)}</p>" for name, place in ik_table.poses_of(result)]
+    columns = 5 if result.outside_tension_limits else 4
+    rows = ik_table.rows_of(result)
+    parts.append(_table((*ik_table.HEAD, "remarks")[:columns], (row[:columns] for row in rows), len(rows)))
+    parts += [f"<p><code>{escape(option)}</code></p>" for option in ik_table.options_of(result)]
     return f"<div>{''.join(parts)}</div>"
 
 

@@ -96,6 +96,8 @@ class Settling(Described):
 class IkResult(Described):
     """Distances, lengths and tensions at one pose, file order; plain floats, nothing is certified.
 
+    ``print(result)`` shows the table, a notebook too.
+
     Examples
     --------
     >>> from solvers import inverse_kinematics
@@ -142,6 +144,18 @@ class IkResult(Described):
 
     def __repr__(self) -> str:
         return f"<IkResult {self.robot.name}: {self.message}>"
+
+    def __str__(self) -> str:
+        """Return the table that the command line prints."""
+        from solvers.answers.ik_table import text_of
+
+        return text_of(self)
+
+    def _repr_html_(self) -> str:
+        """Return the table for a notebook."""
+        from solvers.answers.html import ik_html_of
+
+        return ik_html_of(self)
 
     @property
     def position(self) -> Triple:

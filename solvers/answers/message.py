@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 
+from cdpr_interval.text.count import counted
 from solvers.answers.data import Answer, Outcome, Solution, StopReason
 
 _STOPPED = {
@@ -51,11 +52,6 @@ def _left_open(answer: Answer) -> list[str]:
     if answer.pending:
         left.append(f"{counted(answer.pending, 'cell')} not looked at")
     return left
-
-
-def counted(number: int, one: str, several: str = "") -> str:
-    """Return a number with its noun."""
-    return f"{number} {one if number == 1 else several or one + 's'}"
 
 
 def miscounted(message: str, solutions: Sequence[Solution], outcome: Outcome) -> str:

@@ -75,7 +75,8 @@ class Result(ResultData):
     def to_rows(self) -> list[dict[str, Any]]:
         """Return a dictionary of plain numbers for every solution; undecided regions are not in it.
 
-        The keys are the columns of a batch's ``solutions.csv``: middles of the bounds, angles in degrees.
+        The keys are the columns of a batch's ``solutions.csv``: middles of the bounds, angles in degrees;
+        ``solution`` counts from 1, as the printed table does: row k is ``solutions[k - 1]``.
         """
         from solvers.answers.rows import rows
 

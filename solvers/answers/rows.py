@@ -10,12 +10,12 @@ from solvers.answers.data import ResultData, Solution
 
 
 def rows(result: ResultData) -> list[dict[str, Any]]:
-    """Return a row for every solution, with the columns of a batch's ``solutions.csv``.
+    """Return a row for every solution, numbered from 1 as in the table, with columns as in ``solutions.csv``.
 
     Numbers are middles of their certified bounds (nan where nothing bounds them), angles in degrees;
     ``width_m`` is the largest width of the position.
     """
-    return [_row(number, solution, result.cables) for number, solution in enumerate(result.solutions)]
+    return [_row(number, solution, result.cables) for number, solution in enumerate(result.solutions, 1)]
 
 
 def data_frame(result: ResultData) -> Any:

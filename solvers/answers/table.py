@@ -12,6 +12,7 @@ from collections.abc import Iterator, Sequence
 from typing import TextIO
 
 from cdpr_interval.mechanics.stability import Stability
+from cdpr_interval.text.count import counted
 from solvers.answers.data import Question, ResultData
 from solvers.answers.pose_row import POINT_MASS, PoseRow, pose_rows
 from solvers.answers.region_row import PAGE, RegionRow, advice, reasons, region_rows
@@ -62,7 +63,8 @@ def text_of(result: ResultData, width: int = UNLIMITED) -> str:
 def title_of(result: ResultData) -> str:
     """Return what was asked, without the lengths, and the sentence of the result."""
     asked = asked_only(result.question, result.cables)
-    return f"{result.robot.name} ({result.model}, {len(result.cables)} cables){asked}: {result.message}"
+    cables = counted(len(result.cables), "cable")
+    return f"{result.robot.name} ({result.model}, {cables}){asked}: {result.message}"
 
 
 def asked_only(question: Question, cables: Sequence[str]) -> str:
@@ -138,7 +140,7 @@ def _regions(rows: Sequence[RegionRow], width: int) -> Iterator[Line]:
         yield from table
     else:
         for row in shown:
-            yield from _prose(f"undecided {row.name}  taut {row.taut}, {row.cells} cells", width)
+            yield from _prose(f"undecided {row.name}  taut {row.taut}, {counted(row.cells, 'cell')}", width)
             yield from _cells("size", [row.size], width)
             yield from _cells("place m", row.position, width)
     if len(rows) > len(shown):

@@ -16,6 +16,7 @@ from cdpr_interval.exact.range import Range
 from cdpr_interval.exact.vector import minus
 from cdpr_interval.mechanics.cables.law import law_of
 from cdpr_interval.robots.cable_robot import Robot, exact, exact_point
+from cdpr_interval.text.count import counted
 from solvers.answers.consistency import claims, contradictions
 from solvers.answers.data import CableState, Outcome, ResultData, Solution, StopReason
 from solvers.answers.order import solution_key
@@ -56,7 +57,7 @@ def _bookkeeping(result: ResultData) -> Iterator[str]:
     if not _ordered(result.lengths) or not (result.lengths[:, 0] > least).all():
         yield "lengths_m: not all positive ranges"
     if len(result.lengths) != len(result.cables):
-        yield f"lengths_m: {len(result.lengths)} ranges for {len(result.cables)} cables"
+        yield f"lengths_m: {counted(len(result.lengths), 'range')} for {counted(len(result.cables), 'cable')}"
     asked = result.question.taut
     for number, solution in enumerate(result.solutions):
         if asked is not None and not set(solution.taut) <= set(asked):

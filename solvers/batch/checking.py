@@ -11,6 +11,7 @@ from concurrent.futures import ProcessPoolExecutor
 from functools import partial
 from pathlib import Path
 
+from cdpr_interval.text.count import counted
 from certificates.verdicts import Conclusion
 from solvers.answers.result import Result
 from solvers.batch.campaign import result_of, robot_of
@@ -34,6 +35,11 @@ def check_batch(
     report : callable
         Called with a `BatchProgress` now and then.
 
+    Raises
+    ------
+    KeyboardInterrupt
+        Ctrl-C, with a text that says how many were checked: these are recorded.
+
     Guarantee
     ---------
     A verdict is about the job as it stands in the ledger: a certificate of another robot, of other lengths
@@ -44,6 +50,7 @@ def check_batch(
     rows: list[CheckRow] = []
     begun = recorded_at = time.monotonic()
     others = set(multiprocessing.active_children())
+    report(BatchProgress(0, len(numbers), 0.0, None, 0))
     pool = ProcessPoolExecutor(processes, multiprocessing.get_context("spawn"), initializer=_leave_interrupts)
     try:
         for row in pool.map(partial(check_job, ledger.folder, time_limit), numbers):
@@ -60,7 +67,8 @@ def check_batch(
         ledger.record_checks(rows)
         for process in set(multiprocessing.active_children()) - others:
             process.terminate()
-        raise
+        said = f"{verdicts.total()} of {counted(len(numbers), 'certificate')} checked"
+        raise KeyboardInterrupt(said) from None
     finally:
         pool.shutdown(cancel_futures=True)
     return verdicts

@@ -10,6 +10,7 @@ from cdpr_interval.errors import InputError
 from cdpr_interval.exact.range import LengthRange
 from cdpr_interval.files.document import suggestion
 from cdpr_interval.files.fields import is_free
+from cdpr_interval.text.count import counted
 from cdpr_interval.text.literal import quote
 from solvers.batch.tables import JOB_COLUMNS, SOLUTION_COLUMNS, length_column, tension_column
 from solvers.questions.errors import InputErrors
@@ -47,7 +48,7 @@ def read_table(path: Path, name: str, cables: Sequence[str]) -> Rows:
         if not any(cell.strip() for cell in row):
             continue
         if len(row) != len(head):
-            errors.add(f"{place}: {len(row)} cells under {len(head)} titles")
+            errors.add(f"{place}: {counted(len(row), 'cell')} under {counted(len(head), 'title')}")
             continue
         if job is not None:
             if row[job] in seen:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any, TextIO
 
-from solvers.answers.message import counted
+from cdpr_interval.text.count import counted
 from solvers.batch.headline import headline
 
 WIDTH = 12
@@ -38,8 +38,8 @@ def _print_group(group: dict[str, Any], stream: TextIO) -> None:
     for branch in group["branches"][:MOST_BRANCHES]:
         print(f"  {branch_title(branch)}", file=stream)
         _print_quantities(branch["quantities"], stream)
-    if len(group["branches"]) > MOST_BRANCHES:
-        print(f"  {len(group['branches']) - MOST_BRANCHES} more branches in summary.json", file=stream)
+    if (more := len(group["branches"]) - MOST_BRANCHES) > 0:
+        print(f"  {counted(more, 'more branch', 'more branches')} in summary.json", file=stream)
 
 
 def pools(group: dict[str, Any]) -> bool:

@@ -58,6 +58,7 @@ def columns(ledger: Ledger) -> dict[str, type]:
 def job_rows(job: Recorded, robot: str, cables: Sequence[str]) -> Iterator[Row]:
     """Yield the rows of one job: one for each solution, or one when it has none; a summary adds the branch.
 
+    Solutions are numbered from 1, as ``batch show`` prints them.
     Numbers are in the middle of their certified bounds; ``width_m`` is the largest width of the position.
     """
     head: dict[str, Any] = {
@@ -75,18 +76,18 @@ def job_rows(job: Recorded, robot: str, cables: Sequence[str]) -> Iterator[Row]:
         "message": answer["message"],
     }
     head |= {length_column(name): _middle(b) for name, b in zip(cables, answer["lengths_m"], strict=True)}
-    for index, solution in enumerate(answer["solutions"]):
-        yield {**head, **_solution_row(index, solution, cables)}
+    for number, solution in enumerate(answer["solutions"], 1):
+        yield {**head, **_solution_row(number, solution, cables)}
     if not answer["solutions"]:
         yield head
 
 
-def _solution_row(index: int, solution: dict[str, Any], cables: Sequence[str]) -> dict[str, Any]:
+def _solution_row(number: int, solution: dict[str, Any], cables: Sequence[str]) -> dict[str, Any]:
     nominal = solution["nominal"]
     turn = (math.degrees(angle) for angle in nominal.get("rpy_rad", NO_TURN))
     tensions = zip(cables, solution["tensions_N"], strict=True)
     return {
-        "solution": index,
+        "solution": number,
         "taut": " ".join(solution["taut"]),
         "stability": solution["stability"],
         "proof": solution["proof"],

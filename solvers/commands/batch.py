@@ -12,7 +12,9 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from cdpr_interval.text.count import counted
 from solvers.commands.threads import read_threads, threads_option
+from solvers.commands.time_limit import read_time_limit, time_limit_option
 from solvers.shell.completion import files, folders
 from solvers.shell.examples import examples
 
@@ -160,19 +162,22 @@ def status(folder: str, as_json: bool) -> int:
         click.echo(json.dumps(document))
         return 0
     named = f"{name}: " if name else ""
-    click.echo(f"{named}{total - counts[Status.PENDING]} of {total} jobs ended, begun {facts['created']}")
+    ended_jobs = total - counts[Status.PENDING]
+    click.echo(f"{named}{ended_jobs} of {counted(total, 'job')} ended, begun {facts['created']}")
     click.echo(", ".join(f"{count} {name.value}" for name, count in counts.items() if count))
     parts = sum(everything.values()) - total
     if parts:
         left = everything[Status.PENDING] - counts[Status.PENDING]
-        click.echo(f"{parts - left} of {parts} parts of split jobs ended")
+        click.echo(f"{parts - left} of {counted(parts, 'part')} of split jobs ended")
     if ended:
         click.echo(f"{duration(seconds)} of work, {1e3 * seconds / ended:.3g} ms a job")
     if undecided:
         more = f" and {len(undecided) - SHOWN} more" if len(undecided) > SHOWN else ""
-        click.echo(f"left something undecided: jobs {', '.join(map(str, undecided[:SHOWN]))}{more}")
+        jobs_named = "job" if len(undecided) == 1 else "jobs"
+        click.echo(f"left something undecided: {jobs_named} {', '.join(map(str, undecided[:SHOWN]))}{more}")
     for job in bad[:SHOWN]:
-        click.echo(f"job {job.number} {job.status.value} after {job.attempts} attempts: {job.message}")
+        after = counted(job.attempts, "attempt")
+        click.echo(f"job {job.number} {job.status.value} after {after}: {job.message}")
     if len(bad) > SHOWN:
         click.echo(f"and {len(bad) - SHOWN} more, see results.jsonl")
     return 0
@@ -216,11 +221,9 @@ def show(folder: str, job: int, as_json: bool, certificate: str | None, robot: s
 @command.command("check", epilog=examples("batch check run"))
 @click.argument("folder", metavar="DIR", shell_complete=folders)
 @threads_option
-@click.option(
-    "--time-limit", type=click.FloatRange(min=0.0, min_open=True), metavar="S", help="For each certificate."
-)
+@time_limit_option("Most seconds for each certificate.")
 @click.option("-q", "--quiet", is_flag=True, help="No table, no progress.")
-def check(folder: str, time_limit: float | None, quiet: bool, **given: Any) -> int:
+def check(folder: str, quiet: bool, **given: Any) -> int:
     """Give every certificate of a batch to the independent checker.
 
     Exit code 0: all are proved; 5: some are not; 3: something is left open, or a job has no certificate.
@@ -230,14 +233,14 @@ def check(folder: str, time_limit: float | None, quiet: bool, **given: Any) -> i
     from solvers.batch.ledger import Ledger
     from solvers.commands.progress import shown
 
-    threads = read_threads(given)
+    threads, time_limit = read_threads(given), read_time_limit(given)
     with Ledger.open(Path(folder), None) as ledger:
         counts = ledger.counts()
-        with shown("check", quiet, logs=True) as display:
+        with shown("check", quiet) as display:
             verdicts = check_batch(ledger, threads, time_limit, _telling(display))
         without = sum(counts.values()) - verdicts.total()
         others = [row for row in ledger.checks() if row.verdict != Conclusion.PROVED]
-    said = _counted(verdicts, without)
+    said = _verdicts(verdicts, without)
     if not quiet:
         _print_checks(said, others)
     return _checks_ending(verdicts, without, said)
@@ -248,16 +251,18 @@ def _estimate(batch: Any, threads: int) -> int:
     from solvers.batch.duration import duration
 
     for expansion in batch.expansions:
-        click.echo(f"problems[{expansion.problem}]  {expansion.robot.name}  {expansion.count} jobs")
+        count = counted(expansion.count, "job")
+        click.echo(f"problems[{expansion.problem}]  {expansion.robot.name}  {count}")
     found = estimate(batch)
     if found.seconds_per_job is None:
-        click.echo(f"{found.jobs} jobs; no estimate: the first one took too long")
+        click.echo(f"{counted(found.jobs, 'job')}; no estimate: the first one took too long")
     else:
         seconds = found.jobs * found.seconds_per_job
         each = f"{1e3 * found.seconds_per_job:.3g} ms a job ({found.tried} tried)"
         about = "more than" if found.is_lower_bound else "about"
         click.echo(
-            f"{found.jobs} jobs, {each}: {about} {duration(seconds / threads)} with --threads {threads}"
+            f"{counted(found.jobs, 'job')}, {each}: {about} {duration(seconds / threads)}"
+            f" with --threads {threads}"
         )
     return 0
 
@@ -269,7 +274,7 @@ def _proceed(ledger: Ledger, given: dict[str, Any]) -> int:
 
     executor = _executor(given)
     try:
-        with shown("batch", given["quiet"], logs=True) as display:
+        with shown("batch", given["quiet"]) as display:
             try:
                 document = proceed(ledger, executor, _telling(display))
             finally:
@@ -315,14 +320,16 @@ def _ending(document: dict[str, Any]) -> Ending:
         code = ExitCode.NOT_PROVED
     elif found:
         code = ExitCode.NONE_FOUND if list(found) == [NONE_FOUND] else ExitCode.INCOMPLETE
-    return Ending(code, f"{sum(jobs.values())} jobs: {headline(document)}")
+    return Ending(code, f"{counted(sum(jobs.values()), 'job')}: {headline(document)}")
 
 
-def _counted(verdicts: Counter[str], without: int) -> str:
+def _verdicts(verdicts: Counter[str], without: int) -> str:
     """Return the verdicts of the checker, counted."""
     said = ", ".join(f"{count} {verdict}" for verdict, count in sorted(verdicts.items()))
-    text = f"{verdicts.total()} certificates{': ' if said else ''}{said}"
-    return f"{text}; {without} jobs have none" if without else text
+    text = f"{counted(verdicts.total(), 'certificate')}{': ' if said else ''}{said}"
+    if not without:
+        return text
+    return f"{text}; {counted(without, 'job has', 'jobs have')} none"
 
 
 def _print_checks(said: str, others: list[CheckRow]) -> None:

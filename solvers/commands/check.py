@@ -8,6 +8,7 @@ import click
 
 from solvers.commands.external_force import external_force_option
 from solvers.commands.threads import read_threads, threads_option
+from solvers.commands.time_limit import read_time_limit, time_limit_option
 from solvers.shell.completion import files, robots
 from solvers.shell.examples import examples
 
@@ -43,12 +44,7 @@ QUESTION = ("lengths", "external_force", "taut", "ignore_slack", "ignore_tension
 )
 @click.option("--seed", type=int, metavar="S", help="Draw the sample that another check has printed.")
 @threads_option
-@click.option(
-    "--time-limit",
-    type=click.FloatRange(min=0.0, min_open=True),
-    metavar="S",
-    help="Stop after so many seconds.",
-)
+@time_limit_option("Stop after so many seconds.")
 @click.option(
     "--size-limit",
     type=click.IntRange(min=1),
@@ -93,7 +89,7 @@ def _check(content: str | bytes, limit: int, given: dict[str, Any]) -> Report:
             sample=given["sample"],
             seed=given["seed"],
             threads=read_threads(given),
-            time_limit=given["time_limit"],
+            time_limit=read_time_limit(given),
             size_limit=limit,
             progress=None if display is None else display.cells,
         )

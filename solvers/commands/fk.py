@@ -7,11 +7,13 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from cdpr_interval.text.count import counted
 from cdpr_interval.text.literal import printable
 from solvers.commands.external_force import LABEL, external_force_option, read_external_force
 from solvers.commands.numbers import read_count, read_float, warn_of_lengths
 from solvers.commands.target import JsonTarget
 from solvers.commands.threads import read_threads, threads_option
+from solvers.commands.time_limit import read_time_limit, time_limit_option
 from solvers.questions.errors import InputErrors
 from solvers.shell.completion import files, robot_argument
 from solvers.shell.examples import examples
@@ -60,9 +62,10 @@ MOST_CABLES = 64
     default="1e-9",
     show_default=True,
     metavar="X",
-    help="Target width of the position in m and the rotation entries of a solution, exact input.",
+    help="Target width of the position in m and the rotation entries of a solution, exact input. Kept in the"
+    " result; boxes are always as narrow as doubles make them, so it changes nothing yet.",
 )
-@click.option("--time-limit", metavar="S", help="Stop after so many seconds.")
+@time_limit_option("Stop after so many seconds.")
 @click.option("--cell-limit", metavar="N", help="Stop after so many cells.")
 @threads_option
 @click.option(
@@ -197,13 +200,13 @@ def _options(given: dict[str, Any]) -> Options:
     errors = InputErrors()
     method = errors.read(read_method, given["method"], "--method")
     precision = errors.read(read_float, given["precision"], "--precision")
-    seconds, cells = given["time_limit"], given["cell_limit"]
+    cells = given["cell_limit"]
     options = Options(
         ignore_slack=given["ignore_slack"],
         ignore_tension_sign=given["ignore_tension_sign"],
         method=method or Method.AUTO,
         precision=1e-9 if precision is None else precision,
-        time_limit=None if seconds is None else errors.read(read_float, seconds, "--time-limit"),
+        time_limit=read_time_limit(given, errors),
         cell_limit=None if cells is None else errors.read(read_count, cells, "--cell-limit"),
         threads=read_threads(given, errors),
         record=None if given["certificate"] is None else Record(),
@@ -252,10 +255,11 @@ def _show(result: Result, table: bool) -> None:
 def _log(result: Result) -> None:
     for subset in result.subsets:
         names = ",".join(result.cables[i] for i in subset.taut)
-        text = f"{subset.outcome}, {subset.solutions} solutions, {subset.cells} cells, {subset.time:.3f} s"
-        click.echo(f"{names}: {text}", err=True)
+        found, cells = counted(subset.solutions, "solution"), counted(subset.cells, "cell")
+        click.echo(f"{names}: {subset.outcome}, {found}, {cells}, {subset.time:.3f} s", err=True)
     cost = result.statistics
-    click.echo(f"{cost.cells} cells, {cost.time:.3f} s, {cost.threads} threads", err=True)
+    cells, threads = counted(cost.cells, "cell"), counted(cost.threads, "thread")
+    click.echo(f"{cells}, {cost.time:.3f} s, {threads}", err=True)
     click.echo(str(result.provenance), err=True)
 
 
@@ -283,6 +287,8 @@ def _with_claim(ending: Ending, claim: Claimed, options: Options, file: str, qui
         and options.record.budget.stop() is Stop.TIME_LIMIT
     ):
         line += "; the time limit ended the writing"
+    if not quiet:
+        line = "\n".join([line, *claim.reasons])
     code = answered = ExitCode(ending)
     is_interrupted = options.record is not None and options.record.is_interrupted
     if is_interrupted and answered != ExitCode.INTERRUPTED:

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import sys
-from collections.abc import Sequence
 from math import degrees, radians
 from typing import TYPE_CHECKING, Any
 
 import click
 
 from solvers.commands.external_force import external_force_option, read_external_force
-from solvers.commands.numbers import read_distance, read_float, warn_of_lengths
+from solvers.commands.numbers import read_distance, read_float, say_middles, warn_of_lengths
 from solvers.commands.target import JsonTarget
 from solvers.questions.errors import InputErrors
 from solvers.shell.completion import files, robot_argument
@@ -78,7 +76,7 @@ def command(robot: str, **given: Any) -> int:
     if target is not None:
         target.write(result.to_json())
     if not given["quiet"] and (target is None or not target.is_stdout):
-        _print(result)
+        click.echo(str(result))
     ending = _ending(result)
     if not ending and result.settling is not None and result.settling.angle > LARGE_TURN:
         turn = f"{degrees(result.settling.angle):.1f} deg"
@@ -124,6 +122,7 @@ def _solve(source: str, given: dict[str, Any], target: JsonTarget | None) -> IkR
     )
     errors.require_none()
     assert result is not None
+    say_middles(given["pose"], "--pose")
     warn_of_lengths(robot, [(distance, distance) for distance in result.distances], "--pose")
     return result
 
@@ -138,37 +137,3 @@ def _ending(result: IkResult) -> Ending:
     found = result.lengths is not None and (result.is_static or not result.question.static)
     code = ExitCode.COMPLETE if found else ExitCode.NONE_FOUND
     return Ending(code, f"none found, nothing proved: {result.message}")
-
-
-def _print(result: IkResult) -> None:
-    """Print the table: short numbers to read, then what can be pasted, with every digit."""
-    from cdpr_interval.mechanics.orientation import rotation_from_quaternion, rpy_from_rotation
-
-    write = sys.stdout.write
-    write(f"{result.robot.name} ({result.model}): {result.message}\n")
-    asked = result.question
-    angles = rpy_from_rotation(rotation_from_quaternion(asked.quaternion))
-    write(f"pose asked for {_place(result, asked.position, angles)}\n")
-    is_moved = result.settling is not None and result.settling.succeeded
-    if is_moved:
-        write(f"pose settled   {_place(result, result.position, result.rpy)}\n")
-    width = max(len("cable"), *(len(name) for name in result.cables))
-    write(f"{'cable':{width}}  {'distance m':>12}  {'length m':>12}  {'tension N':>12}\n")
-    for i, name in enumerate(result.cables):
-        length = "-" if result.lengths is None else f"{result.lengths[i]:.6f}"
-        limits = "  outside its limits" if name in result.outside_tension_limits else ""
-        write(
-            f"{name:{width}}  {result.distances[i]:12.6f}  {length:>12}  {result.tensions[i]:12.4f}{limits}\n"
-        )
-    if is_moved:
-        write(f"--pose {result.pose_option}\n")
-    if result.lengths_option is not None:
-        write(f"--lengths {result.lengths_option}\n")
-    sys.stdout.flush()
-
-
-def _place(result: IkResult, position: Sequence[float], angles: Sequence[float]) -> str:
-    from solvers.questions.pose import shown_angles
-
-    place = f"({', '.join(f'{x:z.6f}' for x in position)}) m"
-    return place if result.model == "point-mass" else f"{place}, roll pitch yaw ({shown_angles(angles)})"

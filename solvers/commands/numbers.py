@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from cdpr_interval.errors import InputError
-from cdpr_interval.text.literal import quote, read_number
+from cdpr_interval.text.literal import printable, quote, read_number
 
 if TYPE_CHECKING:
     from fractions import Fraction
@@ -43,6 +43,14 @@ def read_count(text: str, label: str) -> int:
     if value.denominator != 1:
         raise InputError(f"{label}: {quote(text)} is not a whole number")
     return int(value)
+
+
+def say_middles(text: str, label: str) -> None:
+    """Say on standard error how a pose with tolerances is read, as tables print them."""
+    from solvers.questions.pose import middles_of
+
+    if (middles := middles_of(text, label)) != text:
+        click.echo(f"{label}: without its tolerances, read as {printable(middles)}", err=True)
 
 
 def warn_of_lengths(

@@ -8,6 +8,8 @@ import click
 
 from solvers.commands.external_force import external_force_option, read_external_force
 from solvers.commands.target import JsonTarget
+from solvers.commands.threads import read_threads, threads_option
+from solvers.commands.time_limit import read_time_limit, time_limit_option
 from solvers.shell.completion import files, robot_argument
 from solvers.shell.examples import examples
 
@@ -41,12 +43,8 @@ from solvers.shell.examples import examples
     shell_complete=files,
     help="Write the report as JSON; - is standard output.",
 )
-@click.option(
-    "--time-limit",
-    type=click.FloatRange(min=0.0, min_open=True),
-    metavar="S",
-    help="Stop after so many seconds.",
-)
+@threads_option
+@time_limit_option("Stop after so many seconds.")
 @click.option("-q", "--quiet", is_flag=True, help="No report; the exit code says whether fk agrees.")
 def command(robot: str, **given: Any) -> int:
     """Derive the polynomial system of ROBOT's taut cables and its eliminant, exactly.
@@ -70,6 +68,7 @@ def command(robot: str, **given: Any) -> int:
     if given["given"] is not None and given[given["given"]] is None:
         errors.add(f"--{given['given']}: missing, --given {given['given']} needs it")
     force = read_external_force(given, errors)
+    threads, limit = read_threads(given, errors), read_time_limit(given, errors)
     for target in targets:
         if target is not None:
             errors.read(target.require_writable)
@@ -80,9 +79,14 @@ def command(robot: str, **given: Any) -> int:
     if given["lengths"] is not None and given["tensions"] is not None:
         raise InputError("--lengths: not together with --tensions")
     try:
-        with shown("polynomial", given["quiet"]), limited(given["time_limit"]):
+        with shown("polynomial", given["quiet"]), limited(limit):
             report = polynomial_report(
-                model, given["lengths"], tensions=given["tensions"], taut=given["taut"], external_force=force
+                model,
+                given["lengths"],
+                tensions=given["tensions"],
+                taut=given["taut"],
+                external_force=force,
+                threads=threads,
             )
     except OutOfTime:
         return Ending(ExitCode.INCOMPLETE, "stopped at the time limit: there is no eliminant yet")

@@ -11,7 +11,7 @@ from contextlib import ExitStack, contextmanager, suppress
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, TextIO
 
-from solvers.answers.message import counted
+from cdpr_interval.text.count import counted
 from solvers.questions.problem import Progress
 
 if TYPE_CHECKING:
@@ -38,21 +38,19 @@ class ProgressDisplay:
         Standard error.
     task : str
         What is being done, in a word.
-    logs : bool
-        Where no bar can be drawn, write a line every ten seconds.
+
+    Where no bar can be drawn, a line is written every ten seconds, also while nothing is told.
     """
 
-    def __init__(self, stream: TextIO, task: str = "search", logs: bool = False) -> None:
+    def __init__(self, stream: TextIO, task: str = "search") -> None:
         self._stream = Unbroken(stream)
         self._has_bar = in_notebook() or (stream.isatty() and os.environ.get("TERM") != "dumb")
         self._task, self._done, self._total, self._detail = task, 0.0, None, ""
-        self._logs = logs and not self._has_bar
-        self._start = self._logged = time.monotonic()
+        self._start = time.monotonic()
         self._lock = threading.RLock()
-        self._is_over = False
         self._bar: Bar | None = None
-        self._timer = threading.Timer(PATIENCE, self._open)
-        self._timer.daemon = True
+        self._ended = threading.Event()
+        self._thread = threading.Thread(target=self._open if self._has_bar else self._log, daemon=True)
         self._listening = ExitStack()
 
     _total: float | None
@@ -62,17 +60,15 @@ class ProgressDisplay:
 
         self._start = time.monotonic()
         self._listening.enter_context(listening(self._say))
-        if self._has_bar:
-            self._timer.start()
+        self._thread.start()
         return self
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         self._listening.close()
-        self._timer.cancel()
+        self._ended.set()
         with self._lock:
-            self._is_over = True
             if self._bar is not None:
                 self._bar.stop()
 
@@ -90,12 +86,12 @@ class ProgressDisplay:
 
     def cells(self, done: int, total: int) -> None:
         """Show how many cells of a certificate are checked."""
-        self._show(done, total, f"{done}/{total} cells")
+        self._show(done, total, f"{done}/{counted(total, 'cell')}")
 
     def jobs(self, progress: BatchProgress) -> None:
         """Show how far a batch is."""
         bad = f", {progress.bad} failed" if progress.bad else ""
-        text = f"{progress.done}/{progress.total} jobs, {progress.rate:.3g} jobs/s{bad}"
+        text = f"{progress.done}/{counted(progress.total, 'job')}, {progress.rate:.3g} jobs/s{bad}"
         self._show(progress.done, progress.total, text)
 
     def stage(self, task: str, detail: str = "") -> None:
@@ -112,24 +108,37 @@ class ProgressDisplay:
             self._done, self._total, self._detail = done, total, detail
             if self._bar is not None:
                 self._bar.update(self._bar.task_ids[0], **self._state())
-        if self._logs and time.monotonic() - self._logged > SECONDS_BETWEEN:
-            self._logged = time.monotonic()
-            left = (time.monotonic() - self._start) * ((total or 0.0) - done) / max(done, 1e-9)
-            self._stream.write(f"{self._task}: {', '.join([*_rest(done, total, left), detail])}\n")
-            self._stream.flush()
 
     def _state(self) -> dict[str, Any]:
         found = {"completed": self._done, "total": self._total}
         return {"description": self._task, "detail": self._detail, **found}
 
     def _open(self) -> None:
-        """Draw the bar; this is the timer's thread."""
+        """Draw the bar; this is a thread."""
+        if self._ended.wait(PATIENCE):
+            return
         bar = drawn_on(self._stream)
         with self._lock:
-            if not self._is_over:
+            if not self._ended.is_set():
                 self._bar = bar
                 bar.add_task(**self._state())
                 bar.start()
+
+    def _log(self) -> None:
+        """Write a line now and then; this is a thread."""
+        while not self._ended.wait(SECONDS_BETWEEN):
+            with self._lock:
+                if not self._ended.is_set():
+                    self._say(self._line())
+
+    def _line(self) -> str:
+        """Return how long the command has been at work, and how far it is."""
+        from solvers.batch.duration import duration
+
+        gone, total = time.monotonic() - self._start, self._total
+        left = gone * (total - self._done) / self._done if total and self._done else None
+        parts = ", ".join(filter(None, [*_rest(self._done, total, left), self._detail]))
+        return f"{self._task} after {duration(gone)}{': ' if parts else ''}{parts}"
 
     def _say(self, line: str) -> None:
         """Write a line that stays, above the bar."""
@@ -142,15 +151,15 @@ class ProgressDisplay:
 
 
 @contextmanager
-def shown(task: str, quiet: bool, logs: bool = False) -> Iterator[ProgressDisplay | None]:
-    """Give the display of a command on standard error; None where nothing is to be shown, nor logged."""
+def shown(task: str, quiet: bool) -> Iterator[ProgressDisplay | None]:
+    """Give the display of a command on standard error; None where nothing is to be shown."""
     from solvers.commands.compilation import listening
 
     if quiet:
         with listening(lambda line: None):
             yield None
     else:
-        with ProgressDisplay(sys.stderr, task, logs) as display:
+        with ProgressDisplay(sys.stderr, task) as display:
             yield display
 
 

@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from solvers.commands.threads import read_threads, threads_option
+from solvers.commands.time_limit import read_time_limit, time_limit_option
 from solvers.shell.completion import files, robots
 from solvers.shell.examples import examples
 
@@ -44,14 +46,8 @@ if TYPE_CHECKING:
     help="Check this certificate of RESULT and say what came out.",
 )
 @click.option("--job", type=click.IntRange(min=1), metavar="N", help="Only this job of the batch in DIR.")
-@click.option(
-    "--time-limit",
-    type=click.FloatRange(min=0.0, min_open=True),
-    metavar="S",
-    default=600.0,
-    show_default=True,
-    help="For checking the certificate.",
-)
+@threads_option
+@time_limit_option("Most seconds for checking the certificate.", default="600")
 @click.option("-q", "--quiet", is_flag=True, help="No progress.")
 def command(source: str, out: str, figures: str | None, **given: Any) -> int:
     """Draw RESULT, a file of `fk --json FILE`, or DIR, the folder of a batch.
@@ -68,6 +64,7 @@ def command(source: str, out: str, figures: str | None, **given: Any) -> int:
     from solvers.report.judgement import judge
 
     robot, certificate, job = given["robot"], given["certificate"], given["job"]
+    limit, threads = read_time_limit(given), read_threads(given)
     target = JsonTarget(out, "--out")
     target.require_writable()
     folder = None if figures is None else Path(figures)
@@ -81,7 +78,7 @@ def command(source: str, out: str, figures: str | None, **given: Any) -> int:
             page, judged = _batch(path, folder)
             target.write(page)
             return Ending(judged.exit_code, judged.headline)
-        drawn = _source(path, given, display)
+        drawn = _source(path, given, limit, threads, display)
         if display is not None:
             display.stage("report")
         target.write(_result(drawn, folder))
@@ -91,7 +88,9 @@ def command(source: str, out: str, figures: str | None, **given: Any) -> int:
     return Ending(judged.exit_code, judged.headline)
 
 
-def _source(path: Path, given: dict[str, Any], display: ProgressDisplay | None) -> ResultSource:
+def _source(
+    path: Path, given: dict[str, Any], limit: float | None, threads: int, display: ProgressDisplay | None
+) -> ResultSource:
     """Return the result that is drawn, its certificate checked."""
     from cdpr_interval.errors import InputError
     from solvers.batch.ledger_file import LedgerError
@@ -100,11 +99,10 @@ def _source(path: Path, given: dict[str, Any], display: ProgressDisplay | None) 
 
     require_libraries()
     told = None if display is None else display.cells
-    limit = given["time_limit"]
     if given["job"] is None:
-        return read_result(path, given["robot"], given["certificate"], limit, told)
+        return read_result(path, given["robot"], given["certificate"], limit, told, threads)
     try:
-        return result_in_batch(path, given["job"], limit, told)
+        return result_in_batch(path, given["job"], limit, told, threads)
     except LedgerError as error:
         raise InputError(str(error)) from None
 

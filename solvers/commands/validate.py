@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from cdpr_interval.text.count import counted
 from solvers.shell.completion import robots
 from solvers.shell.examples import examples
 
@@ -104,7 +105,7 @@ def _summary(robot: Robot) -> list[str]:
     kind = class_of(robot).title
     cables = "mixed cables" if robot.is_mixed else "elastic" if robot.is_elastic else "inextensible"
     lines = [
-        f"{robot.name}: valid, {kind} on {len(robot.cables)} cables, {cables}",
+        f"{robot.name}: valid, {kind} on {counted(len(robot.cables), 'cable')}, {cables}",
         f"  mass {_scalar(robot.platform.mass)} kg",
         f"  centre of mass {_point(robot.platform.centre_of_mass)} m",
         f"  gravity {_point(robot.gravity)} m/s2",

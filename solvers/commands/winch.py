@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
-from solvers.commands.numbers import read_distance, read_float, warn_of_lengths
+from solvers.commands.numbers import read_distance, read_float, say_middles, warn_of_lengths
 from solvers.commands.winch_output import (
     print_path,
     print_status,
@@ -18,6 +18,7 @@ from solvers.commands.winch_output import (
     say_dry,
     shown_hanging,
     shown_pose,
+    shown_way,
 )
 from solvers.shell.completion import files, robot_argument
 from solvers.shell.examples import examples
@@ -27,6 +28,8 @@ if TYPE_CHECKING:
     from cdpr_interval.driver.reference import Reference
     from cdpr_interval.mechanics.statics import Pose
     from cdpr_interval.robots.cable_robot import Robot
+    from solvers.winches.path import Path as CablePath
+    from solvers.winches.path import Proved
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
@@ -117,7 +120,8 @@ def where(robot: str, **given: Any) -> int:
     _, ranges, _ = _measured(model, given)
     found = whereabouts(model, ranges)
     print_where(model, ranges, found, given["as_json"])
-    return Ending(ExitCode.COMPLETE if found.is_complete else ExitCode.INCOMPLETE, found.message)
+    left = ExitCode.INTERRUPTED if found.is_interrupted else ExitCode.INCOMPLETE
+    return Ending(ExitCode.COMPLETE if found.is_complete else left, found.message)
 
 
 @command.command("move", epilog=examples("winch move four_winches --from 2,1.5,1 --pose 1.9,1.5,1"))
@@ -126,22 +130,33 @@ def where(robot: str, **given: Any) -> int:
 @click.option("--quaternion", metavar="W,X,Y,Z", help="Orientation of the goal, scalar first.")
 @click.option("--settle", is_flag=True, help="Go to the nearest static pose of the taut cables.")
 @click.option("--time", "seconds", metavar="S", help="Duration.  [default: the shortest the limits allow]")
+@click.option("--time-limit", metavar="S", help="Give up planning and proving after so many seconds.")
 @_options("live", "arm", "bus", "state", "from", "log")
+@click.option("-q", "--quiet", is_flag=True, help="No progress.")
 def move(robot: str, **given: Any) -> int:
-    """Plan a path to a pose, prove every step of it, and run it: on simulated drives, or with --live."""
-    from solvers.winches.path import half_widths_of, plan
-    from solvers.winches.session import winches_of
+    """Plan a path to a pose, prove every step of it, and run it: on simulated drives, or with --live.
+
+    Nothing is moved before the whole path is proved. Exit code 3 also at the time limit, 130 at Ctrl-C:
+    the last line says how far the path was proved.
+    """
+    from solvers.cli import Ending, ExitCode
+    from solvers.shell.interrupt import OutOfTime
     from solvers.winches.where import whereabouts
 
     model = _robot(robot)
     goal = _pose(given["pose"], given["quaternion"])
-    seconds = None if given["seconds"] is None else _positive(given["seconds"], "--time")
+    for name, label in (("seconds", "--time"), ("time_limit", "--time-limit")):
+        given[name] = None if given[name] is None else _positive(given[name], label)
     live = _armed(model, given)
-    limits = [winch.limits for winch in winches_of(model)]
     held, ranges, references = _measured(model, given, live)
+    told: list[Proved] = []
     # Planning takes all of the processor: the cycle must not run meanwhile.
-    widths = half_widths_of(references)
-    path = plan(model, limits, held, ranges, goal, seconds, given["settle"], widths)
+    try:
+        path = _planned(model, given, held, ranges, references, goal, told)
+    except OutOfTime:
+        return Ending(ExitCode.INCOMPLETE, f"stopped at the time limit: {shown_way(told)}")
+    except KeyboardInterrupt:
+        return Ending(ExitCode.INTERRUPTED, f"interrupted: {shown_way(told)}")
     click.echo(f"goal {shown_pose(model, goal)}")
     if given["settle"]:
         click.echo(f"settled {shown_pose(model, path.goal)}")
@@ -309,7 +324,9 @@ def _robot(source: str) -> Robot:
 def _pose(text: str, quaternion: str | None = None, label: str = "--pose") -> Pose:
     from solvers.questions.pose import read_pose
 
-    return read_pose(text, quaternion, label)
+    pose = read_pose(text, quaternion, label)
+    say_middles(text, label)
+    return pose
 
 
 def _positive(text: str, label: str, read: Callable[[str, str], float] = read_float) -> float:
@@ -365,6 +382,37 @@ def _measured(
         ranges, cables = group.length_ranges(), group.snapshot.cables
     lengths = [cable.length for cable in cables if cable.length is not None]
     return lengths, ranges, [cable.reference for cable in cables if cable.reference is not None]
+
+
+def _planned(
+    robot: Robot,
+    given: dict[str, Any],
+    held: list[float],
+    ranges: list[tuple[float, float]],
+    references: list[Reference],
+    goal: Pose,
+    told: list[Proved],
+) -> CablePath:
+    """Return the proved path, within the time limit; ``told`` keeps how far it is proved."""
+    from solvers.commands.progress import shown
+    from solvers.questions.problem import Progress
+    from solvers.shell.interrupt import limited
+    from solvers.winches.path import half_widths_of, plan
+    from solvers.winches.session import winches_of
+
+    limits = [winch.limits for winch in winches_of(robot)]
+    widths = half_widths_of(references)
+    with shown("path", given["quiet"]) as display, limited(given["time_limit"]):
+
+        def tell(proved: Proved) -> None:
+            told[:] = [proved]
+            if display is not None:
+                left = 1.0 - proved.travel
+                display(Progress(proved.pieces, 0, left, 0, 0, 1, done=proved.travel))
+
+        return plan(
+            robot, limits, held, ranges, goal, given["seconds"], given["settle"], widths, progress=tell
+        )
 
 
 def _require_unmoved(group: WinchGroup, before: list[tuple[float, float]]) -> None:

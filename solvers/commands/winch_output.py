@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import sys
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -15,6 +16,7 @@ if TYPE_CHECKING:
     from solvers.answers.data import Solution
     from solvers.answers.inverse import IkResult
     from solvers.winches.path import Path as CablePath
+    from solvers.winches.path import Proved
     from solvers.winches.where import Whereabouts
 
 
@@ -29,8 +31,8 @@ def _outward(lo: float, hi: float, decimals: int = 6) -> tuple[str, str]:
 def shown_pose(robot: Robot, pose: Pose) -> str:
     """Return a pose as it was understood: position, and the angles of what turns."""
     from cdpr_interval.mechanics.orientation import rpy_from_rotation
+    from solvers.answers.angles import shown_angles
     from solvers.classes import class_of
-    from solvers.questions.pose import shown_angles
 
     place = f"({', '.join(f'{x:z.6f}' for x in pose.position.tolist())}) m"
     angles = shown_angles(rpy_from_rotation(pose.rotation))
@@ -68,8 +70,8 @@ def print_status(snapshot: Snapshot, as_json: bool) -> None:
 
 def print_where(robot: Robot, ranges: list[tuple[float, float]], found: Whereabouts, as_json: bool) -> None:
     """Print measured lengths and the certified poses for them."""
+    from solvers.answers.angles import shown_angles
     from solvers.classes import class_of
-    from solvers.questions.pose import shown_angles
 
     names = robot.cable_names
     if as_json:
@@ -124,6 +126,16 @@ def print_path(robot: Robot, path: CablePath) -> None:
         lo, hi = _outward(least, most, 2)
         row = f"{path.lengths[-1, i]:<10.6f}  {path.margins[i]:<8.4f}  {path.speeds[i]:<8.4f}"
         click.echo(f"{name:<5}  {row}  {path.accelerations[i]:<9.4f}  {lo} to {hi}")
+
+
+def shown_way(told: Sequence[Proved]) -> str:
+    """Return how far a path is proved that is not proved to its end."""
+    if not told:
+        return "no part of the path is proved; nothing was moved"
+    (far,) = told
+    share = int(100 * far.travel)
+    time = f"{far.seconds:.2f} of {far.duration:.2f} s"
+    return f"the path is proved for {time}, {share} % of the way; nothing was moved"
 
 
 def say_dry(live: bool) -> None:

@@ -68,7 +68,9 @@ def curvature(cables: Any, box: Any, out: Any) -> None:
     """Write an enclosure out (3, 3, 2) of all generalised Jacobians of F over a box."""
     _, exits, lengths, _, w = cables
     e = np.empty((3, 2))
-    out[:, :, :] = 0.0
+    for a in range(3):
+        for b in range(3):
+            out[a, b, 0], out[a, b, 1] = 0.0, 0.0
     for c in range(lengths.shape[0]):
         tlo, thi, near, far = multiplier(cables, c, box)
         if thi == 0.0:

@@ -95,7 +95,8 @@ def guess_elastic(A: Any, L: Any, k: Any, f: Any, taut: Any, x: Any) -> int:
     for i in range(count):
         r = 0.0
         for j in range(3):
-            r += (p[j] - A[i, j]) ** 2
+            d = p[j] - A[i, j]
+            r += d * d
         r = np.sqrt(r)
         if r > L[i]:
             taut[m] = i
@@ -267,7 +268,9 @@ def springs_pose(
     """
     count = lengths.shape[0]
     scaled = in_units(lengths, frame[0, 0])
-    elastic = np.ones(count, dtype=np.bool_)
+    elastic = np.empty(count, dtype=np.bool_)
+    for i in range(count):
+        elastic[i] = True
     k, w = springs(elastic, constant, given, scaled)
     cables = (elastic, exits, scaled, k, w)
     A, L, stiffness, f = middles(cables, load)

@@ -23,7 +23,8 @@ from solvers.point_mass.alone import Claim, complete_claim, exact_pose_of, merge
 from solvers.point_mass.answer import answer_pose, answer_without_pose, subset_count, subsets
 from solvers.point_mass.arrays import Cables, RobotArrays, exact_lengths, select
 from solvers.point_mass.balance import all_cables
-from solvers.point_mass.cells import PROVED, WIDTH, run_cells, settle
+from solvers.point_mass.cell_rows import WIDTH
+from solvers.point_mass.cells import PROVED, run_cells, settle
 from solvers.point_mass.convex import find_pose, scaled_cables
 from solvers.point_mass.entry import Fields, fields_of
 from solvers.point_mass.fields import TAUT

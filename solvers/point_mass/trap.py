@@ -12,10 +12,11 @@ import numpy as np
 
 from cdpr_interval.exact.enclosure import Bounds
 from cdpr_interval.kernels.interval import add, div, mul, sqr, sqrt, sub
-from solvers.point_mass.arrays import Cables, select
-from solvers.point_mass.cells import WIDTH, run_cells
+from solvers.point_mass.arrays import Cables
+from solvers.point_mass.cell_rows import WIDTH
 from solvers.point_mass.fields import distance
 from solvers.point_mass.one_call import guess_elastic, middles
+from solvers.point_mass.spring_cells import run_cells
 
 TRAP_CELLS = 4_000
 """Cells looked at: enough for a hull within a few percent, a few milliseconds."""
@@ -84,15 +85,13 @@ def trap(cables: Cables, load: Bounds) -> Bounds:
     """Return a box (3, 2) that holds the pose for all lengths in their ranges; all cables elastic."""
     box = start_box(cables, load)
     frame = np.empty((4, WIDTH))
-    none = select(cables, ())
     low, ceiling = low_point(cables, load)
     for _ in range(60):
         width = float((box[:, 1] - box[:, 0]).max())
-        limits = np.array([0.0, FINEST * width])
         stack, leaves = np.empty((TRAP_CELLS, WIDTH)), np.empty((TRAP_CELLS, WIDTH))
         kinds = np.empty(TRAP_CELLS, dtype=np.int64)
         stack[0] = [*box.ravel(), 1.0]
-        context = (cables, none, load, limits, False, low, ceiling)
+        context = (cables, load, FINEST * width, low, ceiling)
         pending, found, _ = run_cells(context, stack, 1, leaves, kinds, frame, TRAP_CELLS)
         rows = np.concatenate([stack[:pending], leaves[:found]])
         if not len(rows):

@@ -14,6 +14,7 @@ from cdpr_interval.exact.enclosure import enclose
 from cdpr_interval.exact.range import LengthRange
 from cdpr_interval.exact.vector import Vector
 from cdpr_interval.robots.cable_robot import Robot
+from cdpr_interval.text.count import counted
 from certificates.checker import check
 from certificates.container import unpack
 from certificates.problem import Listed, Problem, read_problem, read_solutions
@@ -80,6 +81,7 @@ def proof_of(
     content: bytes,
     time_limit: float | None = None,
     progress: Callable[[int, int], None] | None = None,
+    threads: int = 1,
 ) -> Proof:
     """Check a certificate, and that it is about a result.
 
@@ -94,6 +96,8 @@ def proof_of(
         s; a certificate that takes longer is out of time.
     progress : callable, optional
         Called with the numbers of cells checked and to be checked.
+    threads : int
+        Processes that check.
 
     Returns
     -------
@@ -111,7 +115,7 @@ def proof_of(
         return Proof(Verdict.MALFORMED, False, str(error))
     if differing:
         return Proof(Verdict.NOT_PROVED, False, f"the certificate is not of this result: {differing}")
-    report = check(content, time_limit=time_limit, progress=progress)
+    report = check(content, time_limit=time_limit, progress=progress, threads=threads)
     return Proof(report.verdict, report.complete, report.message)
 
 
@@ -204,8 +208,9 @@ def _missing(solutions: Sequence[Solution], listed: Sequence[Listed], left_out: 
         else:
             free.remove(found)
     if unknown > left_out:
-        return f"{unknown - left_out} of its poses are others"
-    return f"it has {len(free)} more poses" if free else ""
+        others = unknown - left_out
+        return f"{others} of its poses {'is another' if others == 1 else 'are others'}"
+    return f"it has {counted(len(free), 'more pose')}" if free else ""
 
 
 def _holds(listed: Listed, solution: Solution) -> bool:

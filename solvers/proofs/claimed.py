@@ -8,6 +8,7 @@ from typing import Any
 
 from certificates.certificate import Certificate
 from certificates.checker import summary
+from certificates.reasons import reasons
 from certificates.tree import Node
 from certificates.verdicts import Conclusion
 
@@ -24,6 +25,8 @@ class Claimed:
     """It claims that there is no other pose."""
     message: str
     """As the checker says it of a certificate whose claims all follow."""
+    reasons: tuple[str, ...] = ()
+    """Why something is left open, counted."""
 
     @property
     def conclusion(self) -> Conclusion:
@@ -40,8 +43,9 @@ def claimed(document: Json) -> Claimed:
             for tree in search["trees"]:
                 found = unclaimed(base64.b64decode(tree or ""))
                 pending, undecided = pending + found[0], undecided + found[1]
-    message, is_complete = summary(Certificate(document), pending, undecided)
-    return Claimed(is_complete, message)
+    certificate = Certificate(document)
+    message, is_complete = summary(certificate, pending, undecided)
+    return Claimed(is_complete, message, tuple(reasons(certificate, pending, undecided)))
 
 
 def unclaimed(tree: bytes) -> tuple[int, int]:

@@ -88,7 +88,7 @@ class Trees:
         """Return a direction in 32 bits, its moments divided by the format's length."""
         y = [v * (1.0 if k < 3 else self.moments) for k, v in enumerate(y)]
         most = max(map(abs, y))
-        fits = 0.0 < most < math.inf and not any(map(math.isnan, y))
+        fits = most > 0.0 and LARGEST_Y * most < math.inf and not any(map(math.isnan, y))
         return struct.pack("<6i", *(round(LARGEST_Y * v / most) if fits else 0 for v in y))
 
     def parts(self, cell: Cell, node: bytes) -> tuple[Cell, ...]:

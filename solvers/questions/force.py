@@ -9,14 +9,20 @@ from typing import Any
 from cdpr_interval.errors import InputError
 from cdpr_interval.exact.vector import Vector
 from cdpr_interval.text.number import exact_number
-from solvers.questions.units import entries_of
+from solvers.questions.units import NEWTONS, entries_of, read_quantity
 
 ZERO: Vector = (Fraction(0), Fraction(0), Fraction(0))
 NO_LOAD = "the weight and the external force cancel; without a load there are no statics"
 
 
 def read_force(given: Sequence[Any], label: str = "external_force") -> Vector:
-    """Return an exact force in N; `InputError` names every entry that is no number."""
+    """Return an exact force in N, of numbers or of texts that may have their unit (``-10N``).
+
+    Raises
+    ------
+    InputError
+        Names every entry that is no number, or no force.
+    """
     if not isinstance(given, Iterable):
         raise InputError(f"{label}: must hold 3 numbers, got {given!r}")
     values = entries_of(given, label) if isinstance(given, str) else list(given)
@@ -25,7 +31,8 @@ def read_force(given: Sequence[Any], label: str = "external_force") -> Vector:
     errors, numbers = [], []
     for index, value in enumerate(values):
         try:
-            numbers.append(exact_number(value))
+            text = isinstance(value, str)
+            numbers.append(read_quantity(value.strip(), NEWTONS) if text else exact_number(value))
         except ValueError as error:
             errors.append(f"{label}[{index}]: {error}")
     if errors:

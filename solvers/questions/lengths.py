@@ -3,7 +3,8 @@
 A length is a number (``2.69``), a number with a tolerance (``2.69+-0.01``, ``2.69+/-0.01``, ``2.69±0.01``), a
 range (``2.68..2.70`` or ``[2.68,2.70]``), each the exact decimal that is written, in m or with its unit
 (``2690mm``, ``269cm``; then both numbers have one); from Python also a float (that exact double),
-an int, a `Decimal` or `Fraction` (exact), or a pair (lo, hi) of these.
+an int, a `Decimal` or `Fraction` (exact), or a pair (lo, hi) of these. Where there are several cables the
+whole list may stand in brackets.
 """
 
 from __future__ import annotations
@@ -16,9 +17,10 @@ from typing import Any
 from cdpr_interval.errors import InputError
 from cdpr_interval.exact.range import LengthRange
 from cdpr_interval.files.document import suggestion
+from cdpr_interval.text.count import counted
 from cdpr_interval.text.literal import quote
 from cdpr_interval.text.number import exact_number
-from solvers.questions.units import read_metres, split_unit
+from solvers.questions.units import METRES, Units, read_quantity, split_unit, without_brackets
 
 TOLERANCES = ("+/-", "+-", "±")
 """Marks between a length and its tolerance."""
@@ -27,7 +29,9 @@ _NAMED = re.compile(r"([A-Za-z_][A-Za-z0-9_.-]*)\s*=(.*)", re.DOTALL)
 _COMMA_OUTSIDE_BRACKETS = re.compile(r",(?![^\[\]]*\])")
 
 
-def read_lengths(given: Any, names: Sequence[str], label: str = "lengths") -> tuple[LengthRange, ...]:
+def read_lengths(
+    given: Any, names: Sequence[str], label: str = "lengths", units: Units = METRES
+) -> tuple[LengthRange, ...]:
     """Return one exact range per cable, in file order.
 
     Parameters
@@ -39,6 +43,8 @@ def read_lengths(given: Any, names: Sequence[str], label: str = "lengths") -> tu
         The robot's cables, file order.
     label : str
         What messages call the argument.
+    units : mapping from str to Fraction
+        Units that texts may have, of other quantities than lengths; the first is that of the result.
 
     Returns
     -------
@@ -55,7 +61,7 @@ def read_lengths(given: Any, names: Sequence[str], label: str = "lengths") -> tu
     ranges = []
     for place, value in entries:
         try:
-            ranges.append(read_length(value))
+            ranges.append(read_length(value, units))
         except ValueError as error:
             errors.append(f"{place}: {error}")
     if errors:
@@ -70,7 +76,9 @@ def split_entries(given: Any, names: Sequence[str], label: str, errors: list[str
     errors can be reported too.
     """
     if isinstance(given, str):
-        parts = [part.strip() for part in _COMMA_OUTSIDE_BRACKETS.split(given)]
+        # Of one cable, brackets are those of a range.
+        text = without_brackets(given) if len(names) > 1 else given
+        parts = [part.strip() for part in _COMMA_OUTSIDE_BRACKETS.split(text)]
         pairs = [_NAMED.fullmatch(part) for part in parts]
         if not any(pairs):
             return _listed(parts, names, label, errors)
@@ -98,8 +106,8 @@ def _listed(
     values: Sequence[Any], names: Sequence[str], label: str, errors: list[str]
 ) -> list[tuple[str, Any]]:
     if len(values) != len(names):
-        given = f"{len(values)} length" + ("s" if len(values) != 1 else "")
-        errors.append(f"{label}: {given} for {len(names)} cables ({', '.join(names)})")
+        given = counted(len(values), "length")
+        errors.append(f"{label}: {given} for {counted(len(names), 'cable')} ({', '.join(names)})")
     return [(f"{label}[{index}]", value) for index, value in enumerate(values)]
 
 
@@ -122,7 +130,7 @@ def match_names(
     return [(f"{label}[{name}]", found[name]) for name in names if name in found]
 
 
-def read_length(value: Any) -> LengthRange:
+def read_length(value: Any, units: Units = METRES) -> LengthRange:
     """Return the exact range of one length.
 
     Raises
@@ -131,7 +139,7 @@ def read_length(value: Any) -> LengthRange:
         With the rule and the actual value.
     """
     if isinstance(value, str):
-        lo, hi = _read_text(value.strip())
+        lo, hi = _read_text(value.strip(), units)
     elif (ends := _pair(value)) is not None:
         lo, hi = exact_number(ends[0]), exact_number(ends[1])
     else:
@@ -144,30 +152,30 @@ def read_length(value: Any) -> LengthRange:
     return lo, hi
 
 
-def _read_text(text: str) -> LengthRange:
+def _read_text(text: str, units: Units) -> LengthRange:
     if text.startswith("[") and text.endswith("]"):
         ends = text[1:-1].split(",")
         if len(ends) != 2:
             raise ValueError(f"{quote(text)} is not a range [lo,hi]")
-        return _both(text, *ends)
+        return _both(text, ends[0], ends[1], units)
     for mark in TOLERANCES:
         if mark in text:
             centre, _, tolerance = text.partition(mark)
-            middle, radius = _both(text, centre, tolerance)
+            middle, radius = _both(text, centre, tolerance, units)
             if radius < 0:
                 raise ValueError(f"the tolerance of {quote(text)} is negative")
             return middle - radius, middle + radius
     if ".." in text:
         lower, _, upper = text.partition("..")
-        return _both(text, lower, upper)
-    value = read_metres(text)
+        return _both(text, lower, upper, units)
+    value = read_quantity(text, units)
     return value, value
 
 
-def _both(text: str, one: str, other: str) -> LengthRange:
+def _both(text: str, one: str, other: str, units: Units) -> LengthRange:
     """Return two lengths of one text: a unit that only one of them has could be meant for both."""
     one, other = one.strip(), other.strip()
-    values = read_metres(one), read_metres(other)
+    values = read_quantity(one, units), read_quantity(other, units)
     if (split_unit(one)[1] is None) != (split_unit(other)[1] is None):
         raise ValueError(f"in {quote(text)} one number has a unit: give both one, or none")
     return values

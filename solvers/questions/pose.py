@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import math
+import re
 from collections.abc import Callable, Iterable, Sequence
 from typing import Any, TypeVar
 
@@ -11,18 +11,24 @@ import numpy as np
 from cdpr_interval.errors import InputError
 from cdpr_interval.mechanics.orientation import rotation_from_quaternion, rotation_from_rpy
 from cdpr_interval.mechanics.statics import Pose
-from cdpr_interval.text.literal import read_number
+from cdpr_interval.text.count import counted
+from cdpr_interval.text.literal import quote, read_number
 from cdpr_interval.text.number import exact_number
-from solvers.questions.units import entries_of, read_metres, read_radians
+from solvers.questions.units import METRES, entries_of, read_metres, read_radians
 
 Value = TypeVar("Value")
+
+_WITH_TOLERANCE = re.compile(
+    r"([^\s,]+?)\s*(?:\+/-|\+-|±)\s*([0-9.]+(?:[eE][-+]?[0-9]+)?)(?:\s*(mm|cm|m|deg|°|rad))?(?=[\s,]|$)"
+)
 
 
 def read_pose(pose: str, quaternion: str | None = None, label: str = "--pose") -> Pose:
     """Return the pose of ``--pose x,y,z[,roll,pitch,yaw]`` and ``--quaternion w,x,y,z``.
 
     Entries are parted by commas or spaces. A position is in m unless it says ``mm`` or ``cm``; an angle that
-    is not zero says ``deg``, ``°`` or ``rad``. A quaternion need not have norm one.
+    is not zero says ``deg``, ``°`` or ``rad``. Of ``5.2964 +- 0.0010``, as tables show bounds, the middle is
+    taken (`middles_of`). A quaternion need not have norm one.
 
     Parameters
     ----------
@@ -36,9 +42,10 @@ def read_pose(pose: str, quaternion: str | None = None, label: str = "--pose") -
         One message per entry that is wrong.
     """
     errors: list[str] = []
-    entries = entries_of(pose, label)
+    entries = entries_of(middles_of(pose, label), label)
     if len(entries) not in (3, 6):
-        errors.append(f"{label}: must hold x,y,z or x,y,z,roll,pitch,yaw, got {len(entries)} entries")
+        given = counted(len(entries), "entry", "entries")
+        errors.append(f"{label}: must hold x,y,z or x,y,z,roll,pitch,yaw, got {given}")
     position = _read(label, entries[:3], lambda text: float(read_metres(text)), errors)
     angles = _read(label, entries[3:], read_radians, errors, start=3)
     rotation = np.eye(3)
@@ -47,7 +54,8 @@ def read_pose(pose: str, quaternion: str | None = None, label: str = "--pose") -
             errors.append(f"--quaternion: not together with roll, pitch and yaw in {label}")
         components = entries_of(quaternion, "--quaternion")
         if len(components) != 4:
-            errors.append(f"--quaternion: must hold w,x,y,z, got {len(components)} entries")
+            given = counted(len(components), "entry", "entries")
+            errors.append(f"--quaternion: must hold w,x,y,z, got {given}")
         values = _read("--quaternion", components, lambda text: float(read_number(text)), errors)
         if not errors and not any(values):
             errors.append("--quaternion: must not be zero")
@@ -58,6 +66,26 @@ def read_pose(pose: str, quaternion: str | None = None, label: str = "--pose") -
     if errors:
         raise InputError(*errors)
     return Pose(np.array(position), rotation)
+
+
+def middles_of(pose: str, label: str = "--pose") -> str:
+    """Return the text of a pose without tolerances: of ``5.2964 +- 0.0010, 5 +- 1deg`` ``5.2964, 5deg``.
+
+    Raises
+    ------
+    InputError
+        A length has its unit after the tolerance only: it could be that of the tolerance alone.
+    """
+
+    def middle(found: re.Match[str]) -> str:
+        value, _, unit = found.groups("")
+        if not unit or value[-1].isalpha() or value[-1] == "°":
+            return value
+        if unit in METRES:
+            raise InputError(f"{label}: in {quote(found[0])} one number has a unit: give both one, or none")
+        return value + unit
+
+    return _WITH_TOLERANCE.sub(middle, pose)
 
 
 def read_rpy(given: Iterable[Any], label: str = "rpy") -> tuple[float, float, float]:
@@ -74,11 +102,6 @@ def read_rpy(given: Iterable[Any], label: str = "rpy") -> tuple[float, float, fl
         raise InputError(*errors)
     roll, pitch, yaw = angles
     return roll, pitch, yaw
-
-
-def shown_angles(angles: Sequence[float]) -> str:
-    """Return angles in rad as degrees for a person to read."""
-    return ", ".join(f"{math.degrees(angle):z.4f}deg" for angle in angles)
 
 
 def _angle(value: Any) -> float:

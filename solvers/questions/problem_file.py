@@ -10,6 +10,7 @@ from cdpr_interval.exact.vector import Vector
 from cdpr_interval.files.document import Document, child, read_document
 from cdpr_interval.files.fields import is_free
 from cdpr_interval.files.validation import Models
+from cdpr_interval.text.count import counted
 from cdpr_interval.text.literal import quote
 from solvers.questions.lengths import match_names
 from solvers.questions.problem_schema import PROBLEM_FORMAT, TAGS, ProblemBlock, length
@@ -83,5 +84,5 @@ def _check_names(document: Document, names: Sequence[str]) -> None:
             node, "lengths_m", f"must be a list, or a mapping from cable to length, got {node.kind}"
         )
     elif len(node.items) != len(names):
-        given = f"{len(node.items)} length" + ("s" if len(node.items) != 1 else "")
-        document.report(node, "lengths_m", f"{given} for {len(names)} cables ({', '.join(names)})")
+        given = counted(len(node.items), "length")
+        document.report(node, "lengths_m", f"{given} for {counted(len(names), 'cable')} ({', '.join(names)})")

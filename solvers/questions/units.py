@@ -1,35 +1,47 @@
-"""Numbers with a unit, as people type them: lengths in m, cm or mm, angles in deg or rad.
+"""Numbers with a unit, as people type them: lengths in m, forces in N, times in s, angles in deg or rad.
 
-A length without unit is in m. An angle without unit is refused unless it is zero: tables print degrees,
-formulas use radians, and neither can be told from the number.
+A length without unit is in m, a force in N, a time in s. An angle without unit is refused unless it is zero:
+tables print degrees, formulas use radians, and neither can be told from the number.
 """
 
 from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from fractions import Fraction
 
 from cdpr_interval.errors import InputError
 from cdpr_interval.text.literal import quote, read_number
 from cdpr_interval.text.number import exact_number
 
-METRES = {"m": Fraction(1), "cm": Fraction(1, 100), "mm": Fraction(1, 1000)}
+Units = Mapping[str, Fraction]
+METRES: Units = {"m": Fraction(1), "cm": Fraction(1, 100), "mm": Fraction(1, 1000)}
 """Units of lengths, in m."""
+NEWTONS: Units = {"N": Fraction(1), "kN": Fraction(1000)}
+"""Units of forces, in N."""
+SECONDS: Units = {"s": Fraction(1), "min": Fraction(60), "h": Fraction(3600), "ms": Fraction(1, 1000)}
+"""Units of times, in s."""
 DEGREES = ("deg", "°")
 ANGLES = (*DEGREES, "rad")
-UNITS = (*METRES, *ANGLES)
+KINDS = {
+    **dict.fromkeys(METRES, "a length"),
+    **dict.fromkeys(NEWTONS, "a force"),
+    **dict.fromkeys(SECONDS, "a time"),
+    **dict.fromkeys(ANGLES, "an angle"),
+}
+"""Of what a unit is."""
 
 _COMMA_ALONE = re.compile(r"[0-9],[0-9]")
-_SPACE_ALONE = re.compile(r"[0-9.a-z\u00b0]\s+[-+]?[0-9.]")
-_WITH_UNIT = re.compile(r"(.*?[0-9.])\s*(mm|cm|m|deg|°|rad)", re.DOTALL)
+_SPACE_ALONE = re.compile(r"[0-9.A-Za-z\u00b0]\s+[-+]?[0-9.]")
+_WITH_UNIT = re.compile(rf"(.*?[0-9.])\s*({'|'.join(KINDS)})", re.DOTALL)
 
 
 def entries_of(text: str, label: str) -> list[str]:
     """Return the entries of a list typed with commas, with spaces, or with both.
 
-    A unit may stand apart from its number (``5 deg``): it belongs to the entry before it.
+    A unit may stand apart from its number (``5 deg``): it belongs to the entry before it. The list may stand
+    in brackets.
 
     Raises
     ------
@@ -37,6 +49,7 @@ def entries_of(text: str, label: str) -> list[str]:
         Some entries are parted by spaces alone, others by commas alone: ``0,5 0,2 1`` means decimals.
     """
     entries: list[str] = []
+    text = without_brackets(text)
     if _COMMA_ALONE.search(text) and _SPACE_ALONE.search(text):
         raise InputError(
             f"{label}: decimals have a point, entries stand between commas or spaces, not {quote(text)}"
@@ -45,28 +58,63 @@ def entries_of(text: str, label: str) -> list[str]:
         words = part.split() or [""]
         first = len(entries)
         for word in words:
-            if word in UNITS and len(entries) > first:
+            if word in KINDS and len(entries) > first:
                 entries[-1] += word
             else:
                 entries.append(word)
     return entries
 
 
+def without_brackets(text: str) -> str:
+    """Return what stands in the brackets around a whole list, ``[1,2]`` or ``(1,2)``."""
+    text = text.strip()
+    inner = text[1:-1]
+    if text[:1] + text[-1:] not in ("[]", "()") or _closes_early(inner):
+        return text
+    return inner
+
+
+def _closes_early(text: str) -> bool:
+    """Return whether brackets are closed that are not opened: ``1],[2``."""
+    depth = 0
+    for character in text:
+        depth += (character in "[(") - (character in "])")
+        if depth < 0:
+            return True
+    return False
+
+
 def read_metres(text: str) -> Fraction:
     """Return an exact length in m of a number with or without a unit; `ValueError` for anything else."""
+    return read_quantity(text, METRES)
+
+
+def read_seconds(text: str) -> Fraction:
+    """Return an exact time in s of a number with or without a unit; `ValueError` for anything else."""
+    return read_quantity(text, SECONDS)
+
+
+def read_quantity(text: str, units: Units) -> Fraction:
+    """Return the exact value of a number with or without one of some units, in the first of these.
+
+    Raises
+    ------
+    ValueError
+        It is no number, or has the unit of something else.
+    """
     value, unit = split_unit(text)
     if unit is None:
-        return _number(text, METRES)
-    if unit not in METRES:
-        raise ValueError(f"{quote(text)} is an angle, not a length")
-    return exact_number(_number(value, METRES) * METRES[unit])
+        return _number(text, units)
+    if unit not in units:
+        raise ValueError(f"{quote(text)} is {KINDS[unit]}, not {KINDS[next(iter(units))]}")
+    return exact_number(_number(value, units) * units[unit])
 
 
 def read_radians(text: str) -> float:
     """Return an angle in rad; `ValueError` for what is none, or has no unit and is not zero."""
     value, unit = split_unit(text)
-    if unit in METRES:
-        raise ValueError(f"{quote(text)} is a length, not an angle")
+    if unit is not None and unit not in ANGLES:
+        raise ValueError(f"{quote(text)} is {KINDS[unit]}, not an angle")
     number = float(_number(value, ANGLES))
     if unit is None and number:
         shown = value if len(value) <= 20 else f"{number:g}"
@@ -85,6 +133,6 @@ def _number(text: str, units: Iterable[str]) -> Fraction:
     try:
         return read_number(text)
     except ValueError as error:
-        if text[:1].isdigit() and text[-1:].isalpha():
+        if text.lstrip("+-.")[:1].isdigit() and text[-1:].isalpha():
             raise ValueError(f"{error} (units are {', '.join(units)})") from None
         raise

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from cdpr_interval.robots.formats.reader import parse_robot
-from solvers.answers.message import counted
+from cdpr_interval.text.count import counted
 from solvers.batch.branches import Branch
 from solvers.batch.duration import duration
 from solvers.batch.ledger import Ledger, Recorded
@@ -113,7 +113,7 @@ def _scatter(ledger: Ledger, summary: Summary) -> tuple[Any, str]:
     some = {name: rows[:: plots.step(len(rows), share)] for name, rows in places.items()}
     robots = [parse_robot(data) for _, _, data in ledger.robots().values()]
     exits = frame_points(robots[0]) if len(robots) == 1 else None
-    shown = "Every solution" if share == 1.0 else f"One in {1 / share:.0f} of {total} solutions"
+    shown = "Every solution" if share == 1.0 else f"One in {1 / share:.0f} of {counted(total, 'solution')}"
     figure, is_stretched = plots.scatter_figure(some, exits)
     scale = "; each axis has a scale of its own" if is_stretched else ""
     return drawn(figure, "places"), f"{shown}, by branch{scale}. A click on the legend hides or shows one."

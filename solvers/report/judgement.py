@@ -7,9 +7,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import StrEnum
 
+from cdpr_interval.text.count import counted
 from certificates.verdicts import Verdict
 from solvers.answers.data import Outcome, ResultData
-from solvers.answers.message import counted
 from solvers.batch.work import Status
 from solvers.proofs.check import REFUSED, Proof
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from cdpr_interval.exact.decimals import exact_text
 from cdpr_interval.robots.cable_robot import Robot
+from cdpr_interval.text.count import counted
 from solvers.answers.result import Result
 from solvers.answers.robot_data import LONGEST
 from solvers.batch.duration import duration
@@ -36,11 +37,12 @@ def asked_of(result: Result) -> list[Row]:
 
 def origin_of(result: Result, robot: Robot) -> list[Row]:
     """Return who answered, when and with what, and the digest of the robot."""
+    cost = result.statistics
     rows = [
         ("solved by", f"{result.tool.name} {result.tool.version}"),
         ("robot", f"{result.robot.name}{f' ({robot.source})' if robot.source else ''}"),
         ("SHA-256 of its file", result.robot.sha256 or "none: it is not as any file has it"),
-        ("cost", f"{result.statistics.cells} cells, {result.statistics.threads} threads"),
+        ("cost", f"{counted(cost.cells, 'cell')}, {counted(cost.threads, 'thread')}"),
     ]
     if result.statistics.time:
         rows.append(("time", duration(result.statistics.time)))

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from cdpr_interval.errors import InputError
+from cdpr_interval.text.count import counted
 from solvers.answers.pose_row import POINT_MASS, pose_rows
 from solvers.answers.region_row import advice, region_rows
 from solvers.answers.result import Result
@@ -45,10 +46,11 @@ def result_page(source: ResultSource) -> str:
         [row.name, row.taut, row.cells, row.metres, *([row.degrees] if turns else []), bounds, row.reason]
         for row, bounds in zip(region_rows(result), _bounds(result), strict=True)
     ]
+    cables = counted(len(result.cables), "cable")
     return rendered(
         "result.html",
         title=result.robot.name,
-        subtitle=f"{result.model}, {len(result.cables)} cables{asked_only(result.question, result.cables)}",
+        subtitle=f"{result.model}, {cables}{asked_only(result.question, result.cables)}",
         judgement=judge(result, source.proof),
         asked=asked_of(result),
         robot_figure=drawn(plots.robot_figure(source.robot, result), "robot"),

@@ -38,8 +38,9 @@ def read_result(
     path: Path,
     robot: str | None,
     certificate: str | None,
-    time_limit: float = CHECK_SECONDS,
+    time_limit: float | None = CHECK_SECONDS,
     progress: Told | None = None,
+    threads: int = 1,
 ) -> ResultSource:
     """Read a ``cdpr-result/1`` file, find its robot, and check its certificate.
 
@@ -55,6 +56,8 @@ def read_result(
         s for the check.
     progress : callable, optional
         Told how far the check is.
+    threads : int
+        Processes of the check.
 
     Raises
     ------
@@ -76,11 +79,15 @@ def read_result(
         content = Path(certificate).read_bytes()
     except OSError as error:
         raise InputError(f"--certificate: {printable(certificate)}: {error.strerror}") from None
-    return ResultSource(found, result, proof_of(found, result, content, time_limit, progress))
+    return ResultSource(found, result, proof_of(found, result, content, time_limit, progress, threads))
 
 
 def result_in_batch(
-    folder: Path, number: int, time_limit: float = CHECK_SECONDS, progress: Told | None = None
+    folder: Path,
+    number: int,
+    time_limit: float | None = CHECK_SECONDS,
+    progress: Told | None = None,
+    threads: int = 1,
 ) -> ResultSource:
     """Read one job of a batch; its certificate is checked, when the ledger has it; see `read_result`.
 
@@ -94,7 +101,9 @@ def result_in_batch(
     with Ledger.peek(folder) as ledger:
         result = Result.from_json(result_of(ledger, number))
         robot, content = robot_of(ledger, number), ledger.certificate(number)
-    proof = None if content is None else proof_of(robot, result, content, time_limit, progress)
+    proof = None
+    if content is not None:
+        proof = proof_of(robot, result, content, time_limit, progress, threads)
     return ResultSource(robot, result, proof)
 
 

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from cdpr_interval.errors import InputError
 from cdpr_interval.mechanics.orientation import rotation_from_quaternion
 from cdpr_interval.mechanics.rotation import chart_of, quaternion_of
+from cdpr_interval.text.count import counted
 from solvers.answers.data import Solution
 from solvers.six_dof.estimate import Body, Estimate, Guess
 from solvers.six_dof.roots import GENERAL, GEOMETRY, system_of
@@ -58,7 +59,7 @@ def place_of(body: Body, start: Any) -> Place:
         raise InputError(f"start: must be a Solution of forward_kinematics or an Estimate, got {kind}{hint}")
     count = len(body.exits)
     if len(start.cable_states) != count:
-        raise InputError(f"start: has {len(start.cable_states)} cables, the robot {count}")
+        raise InputError(f"start: has {counted(len(start.cable_states), 'cable')}, the robot {count}")
     if not is_single(start):
         raise InputError("start: must be one pose, with every cable proved taut or slack")
     rotation = start.rotation.mean(axis=-1)
@@ -84,7 +85,7 @@ def guess_of(place: Place) -> Guess:
 
 def _of_estimate(body: Body, start: Estimate) -> Place:
     if len(start.tensions) != len(body.exits):
-        raise InputError(f"start: has {len(start.tensions)} cables, the robot {len(body.exits)}")
+        raise InputError(f"start: has {counted(len(start.tensions), 'cable')}, the robot {len(body.exits)}")
     if not start.converged or any(start.tensions[i] <= 0.0 for i in start.taut):
         raise InputError("start: the estimate has not converged to a pose whose taut cables carry")
     centre = np.array(start.position) + start.rotation @ body.offset

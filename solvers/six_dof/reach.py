@@ -9,6 +9,7 @@ from itertools import combinations
 from cdpr_interval.exact import balls
 from cdpr_interval.exact.decimals import rounded_down
 from cdpr_interval.exact.vector import minus
+from cdpr_interval.text.count import counted
 from solvers.point_mass.emptiness import short_message, shortfall
 from solvers.questions.problem import Problem
 
@@ -37,7 +38,7 @@ def reach_message(problem: Problem, ignore_slack: bool = False) -> str:
             f"{names[i]} and {names[j]} (by at least {by.normalize():f} m)"
             for (i, j), by in apart[:MOST_PAIRS]
         ]
-        more = f" and {len(apart) - MOST_PAIRS} more pairs" if len(apart) > MOST_PAIRS else ""
+        more = f" and {counted(len(apart) - MOST_PAIRS, 'more pair')}" if len(apart) > MOST_PAIRS else ""
         return f"no pose: cables {', '.join(said)}{more} are too short to reach the platform together"
     if needed and (together := all_too_short(problem, needed)):
         more = short_message(together)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from cdpr_interval.robots.cable_robot import SIX_DOF, Robot
+from cdpr_interval.text.count import counted
 from solvers.questions.arguments import Label
 from solvers.questions.checked import mixed_cables, uncertain_data
 from solvers.questions.problem import Method, Options
@@ -32,7 +33,7 @@ def complaints(robot: Robot, taut: tuple[int, ...] | None, options: Options, lab
         yield f"{label('taut')}: {len(taut)} cables, but a taut subset of a platform has at most {most}"
     tight = count if taut is None else len(taut)
     if options.ignore_tension_sign and tight != MOST_TAUT:
-        rule = f"needs exactly six taut cables of a platform, got {tight} cables"
+        rule = f"needs exactly six taut cables of a platform, got {counted(tight, 'cable')}"
         yield f"{label('ignore_tension_sign')}: {rule}"
     if options.method is Method.CONVEX:
         yield f"{label('method')}: 'convex' is for point-mass robots, this is a platform"

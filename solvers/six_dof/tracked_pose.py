@@ -58,8 +58,8 @@ class Region:
 class TrackedPose:
     """The static pose near the last one, as `Tracker.update` returns it.
 
-    Bounds are float64 arrays whose last axis is (lo, hi). Where track is lost there are none (asking for
-    them raises `CdprError`), and ``estimate`` has plain floats instead.
+    Bounds are float64 arrays whose last axis is (lo, hi). Where track is lost nothing is known: asking for a
+    bound, the taut cables or the region raises `CdprError`, and ``estimate`` has plain floats instead.
 
     Attributes
     ----------
@@ -67,11 +67,8 @@ class TrackedPose:
         TRACKED or LOST.
     reason : str
         Empty with TRACKED; else one sentence: which step of the proof failed, and on which cable it hangs.
-    region : Region or None
-        The poses about which the answer speaks; with LOST the region tried last, None where no pose was
-        tracked before.
-    taut : tuple of int
-        The cables that carry, file order; with LOST those of the last pose tracked.
+    tried : Region or None
+        The region tried last, also where track is lost; None where no pose was tracked before.
 
     Guarantee
     ---------
@@ -82,8 +79,9 @@ class TrackedPose:
 
     status: TrackStatus
     reason: str
-    region: Region | None
-    taut: tuple[int, ...]
+    tried: Region | None
+    _taut: tuple[int, ...]
+    """With LOST those of the last pose tracked."""
     fields: Fields | None
     """Of the one pose, as kernels compute them; None with LOST."""
     _guess: Callable[[], Estimate] | None = field(default=None, compare=False)
@@ -98,7 +96,7 @@ class TrackedPose:
     def __reduce__(self) -> tuple[object, ...]:
         """Take the estimate along to another process; the tracker that computes it stays."""
         guess = None if self._guess is None else partial(_known_estimate, self._guess())
-        return TrackedPose, (self.status, self.reason, self.region, self.taut, self.fields, guess)
+        return TrackedPose, (self.status, self.reason, self.tried, self._taut, self.fields, guess)
 
     @property
     def proved(self) -> bool:
@@ -109,6 +107,19 @@ class TrackedPose:
     def tracked(self) -> bool:
         """True when the pose exists, is the only one in the region, and lies in the bounds."""
         return self.status is TrackStatus.TRACKED
+
+    @property
+    def region(self) -> Region:
+        """The poses about which the answer speaks."""
+        self._known()
+        assert self.tried is not None
+        return self.tried
+
+    @property
+    def taut(self) -> tuple[int, ...]:
+        """The cables that carry, file order."""
+        self._known()
+        return self._taut
 
     @property
     def position(self) -> Bounds:
@@ -147,7 +158,7 @@ class TrackedPose:
     def states(self) -> tuple[CableState, ...]:
         """What is proved about each cable, file order."""
         count = self._known().tensions.shape[1]
-        return tuple([CableState.TAUT if i in self.taut else CableState.SLACK for i in range(count)])
+        return tuple([CableState.TAUT if i in self._taut else CableState.SLACK for i in range(count)])
 
     @property
     def point(self) -> tuple[float, float, float]:

@@ -29,22 +29,44 @@ SHARE = 0.8
 """Of the speed and acceleration limits, used by a path; the rest is for corrections by marks."""
 WAYPOINTS = 64
 """At which the lengths are computed before the time of the path is known."""
-CYCLES_A_PIECE = 4
-"""Cycles of the path that are proved in one go, as ranges of lengths."""
+LONGEST_PIECE = 1 / 200
+"""Travel of a piece that is proved in one go, in longest cables of the path."""
+FINE_PIECE = LONGEST_PIECE / 16
+"""Down to which pieces are halved for what is said of tensions, not because they are not proved."""
+WIDER, COARSER = 1.1, 0.02
+"""Bounds of tensions over a longer piece: so much wider than at its start, and by that share of the largest
+tension, are sharp enough. On a camera of 90 m pieces are then 0.4 m long; they take as long as short ones."""
+SHORTEST_PIECE = 1e-7
+"""The same: what cannot be proved over that way is not proved."""
+GROWTH = 1.5
+"""Of pieces after one that is proved; they are halved after one that is not."""
 ROUNDED_UP = 1 + 1e-9
 """Covers the rounding of half widths, a billionth of a millimetre."""
-MOST_HALVINGS = 10
-"""Of a piece that could not be proved as a whole."""
 
 
 HalfWidths = Callable[[Sequence[float]], Sequence[float]]
 
 
 OPEN = "a cable may be taut or slack"
+BLUNT = "tensions are known better over shorter pieces"
 
 
 class PathRefused(CdprError):
     """The path is not proved to be safe; nothing was moved."""
+
+
+@dataclass(frozen=True)
+class Proved:
+    """How far a path is proved, while that goes on."""
+
+    pieces: int
+    """Proofs."""
+    seconds: float
+    """s from the start."""
+    duration: float
+    """s of the whole path."""
+    travel: float
+    """Share of the whole, 0 to 1, by the cable that moves most."""
 
 
 @dataclass(frozen=True)
@@ -90,6 +112,7 @@ def plan(
     duration: float | None = None,
     settle: bool = False,
     half_widths: HalfWidths | None = None,
+    progress: Callable[[Proved], None] | None = None,
 ) -> Path:
     """Plan and prove a path to a pose.
 
@@ -112,18 +135,28 @@ def plan(
     half_widths : callable, optional
         From set-points in m to how far each length may be from its own, in m (`half_widths_of`): drum
         tolerances add up along the way. Default: as far as at the start.
+    progress : callable, optional
+        Told after every proof how far the path is proved; what it raises ends the planning.
 
     Raises
     ------
     PathRefused
         With the place and the reason: a limit, a slack or overloaded cable, a pose that is not proved.
+    KeyboardInterrupt
+        At Ctrl-C, also where that has ended the search for the start.
+
+    Guarantee
+    ---------
+    The pieces cover the path without gaps: each is a box of lengths around its set-points, the straight lines
+    between them, and what is not known of the lengths, and the pose is proved for the whole box.
     """
     held = np.array(commanded, dtype=np.float64)
     here = _here(robot, ranges)
     way = _Way(robot, held, here, goal, settle)
-    _require_limits(robot, limits, np.array([way.lengths(k / WAYPOINTS) for k in range(WAYPOINTS + 1)]))
+    sketch = np.array([way.lengths(k / WAYPOINTS) for k in range(WAYPOINTS + 1)])
+    _require_limits(robot, limits, sketch)
     cycle = float(robot.winches.cycle)
-    seconds = _shortest(way, limits) if duration is None else duration
+    seconds = _shortest(sketch, limits) if duration is None else duration
     steps = max(math.ceil(seconds / cycle), 1)
     times: Floats = cycle * np.arange(1, steps + 1, dtype=np.float64) + float(robot.winches.lookahead)
     lengths = np.array([way.lengths(smooth(k / steps)) for k in range(1, steps + 1)], dtype=np.float64)
@@ -136,7 +169,7 @@ def plan(
         _widths(rows, held, ranges, half_widths) if class_of(robot).solves_ranges else np.zeros_like(rows)
     )
     prover = _Prover(robot, here)
-    pieces = _proved(prover, rows, widths)
+    pieces = _proved(prover, _Polyline(rows, widths), cycle, progress)
     ends = np.array([[float(x) for x in one.length] for one in limits])
     margins = np.minimum(lengths - ends[:, 0], ends[:, 1] - lengths).min(axis=0)
     return Path(
@@ -186,6 +219,9 @@ def _here(robot: Robot, ranges: Ranges) -> MeasuredPose:
     cables are taut: no more is asked. A platform is followed from one set of taut cables: it must be known.
     """
     known = whereabouts(robot, ranges)
+    if known.is_interrupted:
+        # The search has taken the interrupt for its own.
+        raise KeyboardInterrupt
     if len(known.poses) != 1:
         raise PathRefused(f"the start is not known: {known.message}")
     (here,) = known.poses
@@ -234,9 +270,8 @@ class _Way:
         return self._by_pose(share) + (1 - share) * self._offset
 
 
-def _shortest(way: _Way, limits: Sequence[WinchLimits]) -> float:
+def _shortest(rows: Floats, limits: Sequence[WinchLimits]) -> float:
     """Return a time in s in which every winch can do it, by the rates over the share of the way."""
-    rows = np.array([way.lengths(k / WAYPOINTS) for k in range(WAYPOINTS + 1)])
     slopes = np.abs(np.diff(rows, axis=0)).max(axis=0) * WAYPOINTS
     bends = np.abs(np.diff(rows, n=2, axis=0)).max(axis=0) * WAYPOINTS**2
     seconds = 0.0
@@ -272,29 +307,61 @@ def _require_rates(
             raise PathRefused(f"{name}: needs {got}, limits {fastest:g} and {strongest:g}: give it more time")
 
 
-def _proved(prover: _Prover, rows: Floats, widths: Floats) -> int:
-    """Prove a pose for all lengths along the path; return how many proofs that took."""
-    prover.refutes(np.stack([rows[0], rows[0]], axis=-1))
-    total = 0
-    for first in range(0, len(rows) - 1, CYCLES_A_PIECE):
-        piece = slice(first, first + CYCLES_A_PIECE + 1)
-        total += _proved_piece(prover, rows[piece], widths[piece].max(axis=0), MOST_HALVINGS)
-    return total
+class _Polyline:
+    """Lengths along a path, by travel in m: the sum over the cycles of what the fastest cable goes."""
+
+    def __init__(self, rows: Floats, widths: Floats) -> None:
+        self._rows, self._widths = rows, widths
+        self._travel = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(rows, axis=0)).max(axis=1))])
+        self.total = float(self._travel[-1])
+        self.cycles = len(rows) - 1
+        self.longest = float(rows.max())
+
+    def piece(self, start: float, end: float) -> tuple[Floats, float]:
+        """Return ranges (N, 2) in m around a piece of the path, and the largest half width in them."""
+        inside = (start <= self._travel) & (self._travel <= end)
+        rows = np.vstack([self.at(start), self._rows[inside], self.at(end)])
+        first = int(np.searchsorted(self._travel, start, "left")) - 1
+        last = int(np.searchsorted(self._travel, end, "right"))
+        width = self._widths[max(first, 0) : last + 1].max(axis=0)
+        return np.stack([rows.min(axis=0) - width, rows.max(axis=0) + width], axis=-1), float(width.max())
+
+    def at(self, travel: float) -> Floats:
+        """Return the lengths in m at a place of the path."""
+        return np.array([np.interp(travel, self._travel, column) for column in self._rows.T])
+
+    def cycle(self, travel: float) -> float:
+        """Return at which cycle that is, with its fraction."""
+        return float(np.interp(travel, self._travel, np.arange(self.cycles + 1)))
 
 
-def _proved_piece(prover: _Prover, rows: Floats, width: Floats, halvings: int) -> int:
-    ranges = np.stack([rows.min(axis=0) - width, rows.max(axis=0) + width], axis=-1)
-    reason = prover.refutes(ranges)
-    if not reason:
-        return 1
-    if not halvings or (len(rows) == 2 and np.ptp(rows, axis=0).max() < width.max() / 2):
-        raise PathRefused(f"near the lengths {_shown(rows[0])} m: {reason}")
-    if len(rows) == 2:
-        rows = np.vstack([rows[:1], rows.mean(axis=0), rows[1:]])
-    middle = len(rows) // 2
-    return sum(
-        _proved_piece(prover, part, width, halvings - 1) for part in (rows[: middle + 1], rows[middle:])
-    )
+def _proved(prover: _Prover, path: _Polyline, cycle: float, progress: Callable[[Proved], None] | None) -> int:
+    """Prove a pose for all lengths along the path; return how many proofs that took.
+
+    Pieces are as long as can be: one that is refused is halved, the one after one that is proved is longer.
+    """
+    prover.refutes(np.stack([path.at(0.0)] * 2, axis=-1))
+    longest, fine = LONGEST_PIECE * path.longest, FINE_PIECE * path.longest
+    here, step, pieces, compared = 0.0, longest, 0, -1.0
+    while not pieces or here < path.total:
+        there = min(here + step, path.total)
+        ranges, width = path.piece(here, there)
+        reason = prover.refutes(ranges, sharply=there - here > fine)
+        if reason == BLUNT and compared != here:
+            compared = here
+            prover.compare(path.piece(here, here)[0])
+        elif reason == BLUNT:
+            step = max(0.5 * (there - here), fine)
+        elif reason:
+            step = 0.5 * (there - here)
+            if step < max(0.5 * width, SHORTEST_PIECE * path.longest):
+                raise PathRefused(f"near the lengths {_shown(path.at(here))} m: {reason}")
+        else:
+            here, step, pieces = there, min(GROWTH * step, longest), pieces + 1
+            if progress is not None:
+                share = here / path.total if path.total else 1.0
+                progress(Proved(pieces, path.cycle(here) * cycle, path.cycles * cycle, share))
+    return pieces
 
 
 class _Prover:
@@ -310,11 +377,30 @@ class _Prover:
         self._shared = not here.is_decided
         self.tensions: Floats = here.tensions.copy()
         self.taut = here.taut
+        self._sharp = _enough(here.tensions)
 
-    def refutes(self, ranges: Floats) -> str:
-        """Return why ranges of lengths are refused; empty when they are proved."""
+    def refutes(self, ranges: Floats, sharply: bool = False) -> str:
+        """Return why ranges of lengths are refused; empty when they are proved.
+
+        With ``sharply`` also those are for which shorter pieces of the path would say more about tensions.
+        """
         pose = self._follow(ranges)
-        return self._accept(pose.states, pose.tensions) if pose.proved else pose.reason
+        if not pose.proved:
+            return pose.reason
+        if sharply and self._is_blunt(pose.states, pose.tensions):
+            return BLUNT
+        return self._accept(pose.states, pose.tensions)
+
+    def compare(self, ranges: Floats) -> None:
+        """Take the bounds for a place of the path as those that pieces around it are compared with."""
+        pose = self._follow(ranges)
+        if pose.proved:
+            self._sharp = _enough(pose.tensions)
+
+    def _is_blunt(self, states: Sequence[CableState], tensions: Floats) -> bool:
+        if any(states[i] is not CableState.TAUT for i in self.taut):
+            return True
+        return bool((tensions[:, 1] - tensions[:, 0] > self._sharp).any())
 
     def _accept(self, states: Sequence[CableState], tensions: Floats) -> str:
         """Return why a proved pose is refused; empty when it is accepted."""
@@ -336,6 +422,11 @@ class _Prover:
         self.tensions[:, 0] = np.minimum(self.tensions[:, 0], tensions[:, 0])
         self.tensions[:, 1] = np.maximum(self.tensions[:, 1], tensions[:, 1])
         return ""
+
+
+def _enough(tensions: Floats) -> Floats:
+    """Return the widths of bounds of tensions that are sharp enough, by bounds (N, 2) for one place."""
+    return WIDER * (tensions[:, 1] - tensions[:, 0]) + COARSER * tensions[:, 1].max()
 
 
 def _shown(values: Floats) -> str:

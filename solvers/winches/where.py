@@ -12,7 +12,7 @@ from cdpr_interval.exact.enclosure import Bounds
 from cdpr_interval.mechanics.orientation import Quaternion
 from cdpr_interval.mechanics.stability import Stability
 from cdpr_interval.robots.cable_robot import Robot
-from solvers.answers.data import CableState, Solution
+from solvers.answers.data import CableState, Solution, StopReason
 from solvers.answers.fields import numbers
 from solvers.classes import class_of
 from solvers.forward import forward_kinematics
@@ -91,6 +91,8 @@ class Whereabouts:
     """True when every stable pose is enclosed."""
     lost: tuple[Solution, ...] = ()
     """Stable poses for the middles of the ranges, proved for those lengths, not enclosed for the others."""
+    is_interrupted: bool = False
+    """Ctrl-C has ended the search: there may be more."""
 
 
 def whereabouts(robot: Robot, ranges: Ranges, threads: int = 1) -> Whereabouts:
@@ -106,8 +108,10 @@ def whereabouts(robot: Robot, ranges: Ranges, threads: int = 1) -> Whereabouts:
     """
     if class_of(robot).solves_ranges:
         result = forward_kinematics(robot, list(ranges), threads=threads)
+        is_interrupted = result.stop_reason is StopReason.INTERRUPTED
         poses = tuple(measured(solution, solution) for solution in result.solutions)
-        return Whereabouts(poses, result.message, bool(poses) and not result.undecided)
+        is_complete = bool(poses) and not (result.undecided or is_interrupted)
+        return Whereabouts(poses, result.message, is_complete, is_interrupted=is_interrupted)
     middles = [0.5 * lo + 0.5 * hi for lo, hi in ranges]
     result = forward_kinematics(robot, middles, threads=threads)
     stable = [one for one in result.solutions if one.stability is Stability.STABLE]
@@ -118,7 +122,11 @@ def whereabouts(robot: Robot, ranges: Ranges, threads: int = 1) -> Whereabouts:
     message = f"{count} enclosed for all lengths in their ranges"
     if lost:
         message += f"; {len(lost)} at their middles could not be followed over the ranges"
-    return Whereabouts(poses, message, bool(poses) and not lost and not result.undecided, lost)
+    is_interrupted = result.stop_reason is StopReason.INTERRUPTED
+    if is_interrupted:
+        message += "; interrupted, there may be more"
+    is_complete = bool(poses) and not (lost or result.undecided or is_interrupted)
+    return Whereabouts(poses, message, is_complete, lost, is_interrupted)
 
 
 def measured(solution: Solution, bounds: Any) -> MeasuredPose:

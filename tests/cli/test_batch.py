@@ -94,7 +94,7 @@ def test_an_estimate_that_had_to_give_up_is_a_lower_bound(run, tmp_path, monkeyp
     monkeypatch.setattr(campaign, "ESTIMATE_SECONDS_A_JOB", 0.02)
     jobs = write(tmp_path, listed([[7.5, 8, 7, 9]], "uc4"))
     (*_, last) = run(jobs, "--dry-run").stdout.splitlines()
-    assert last.startswith("1 jobs, ") and "more than" in last
+    assert last.startswith("1 job, ") and "more than" in last
 
 
 def test_poses_csv_and_several_robots(run, tmp_path):

@@ -103,6 +103,9 @@ def test_robots_lists_what_ships():
         (["winch", "wher", "x"], "No such command 'wher'. Did you mean 'where'?"),
         (["batch", "resum", "x"], "No such command 'resum'. Did you mean 'resume'?"),
         (["ik", "uc3", "--pos", "1,2,3"], "No such option '--pos'. Did you mean '--pose'?"),
+        (["check", "x", "--jobs", "2"], "No such option '--jobs'. Did you mean '--threads'?"),
+        (["check", "x", "-j", "2"], "No such option '-j'. Did you mean '--threads'?"),
+        (["check", "x", "--robt", "uc2"], "No such option '--robt'. Did you mean '--robot'?"),
         (
             ["ik", "uc3", "--pose", "1", "-2", "3"],
             "No such option '-2': a value that holds spaces needs quotes",
@@ -122,6 +125,13 @@ def test_what_was_meant(args, message, tmp_path, monkeypatch):
     assert done.exit_code == 2 and done.stdout == ""
     (line,) = done.stderr.splitlines()
     assert line.startswith(message)
+
+
+@pytest.mark.parametrize(("command", "option"), [("robots", "--jobs"), ("ik", "--jobs"), ("check", "--zoom")])
+def test_nothing_is_suggested_where_nothing_is_alike(command, option):
+    """`--jobs` and `--robot` have their dashes in common, and little else."""
+    done = run(command, option, "2")
+    assert (done.exit_code, done.stderr) == (2, f"No such option {option!r}.\n")
 
 
 def test_a_robot_file_may_be_named_like_a_misspelt_command(tmp_path, monkeypatch):

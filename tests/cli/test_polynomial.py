@@ -24,7 +24,9 @@ def test_three_springs(tmp_path: Path):
     tex, data = tmp_path / "d.tex", tmp_path / "d.json"
     code, out, _ = run(*words, "--latex", str(tex), "--json", str(data))
     assert (
-        code == 0 and "degree  22  true" in out and "agreement with fk: yes, 1 static poses in 1 boxes" in out
+        code == 0
+        and "degree  22  true" in out
+        and "agreement with fk: yes, 1 static pose in 1 box, one" in out
     )
     document = json.loads(data.read_text())
     (factor,) = [f for f in document["factors"] if f["true"]]

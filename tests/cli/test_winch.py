@@ -275,3 +275,51 @@ def test_a_bus_without_drives_is_refused(run):
     done = run("status", "four_winches", "--bus", "virtual:nobody here")
     assert done.exit_code == 3
     assert done.stderr.splitlines() == [f"node {k}: no answer" for k in (1, 2, 3, 4)]
+
+
+def test_a_move_of_many_metres_takes_few_proofs(run, camera):
+    done = run("move", camera(), "--from", "-2,1,1.5", "--pose", "2,1,1.5", "-q")
+    assert done.exit_code == 0, done.stderr
+    (seconds, pieces) = re.search(r"path of (\S+) s proved in (\d+) pieces", done.stdout).groups()
+    # A proof for every four cycles of 10 ms were 25 a second.
+    assert int(pieces) < 8 * float(seconds)
+
+
+def test_a_time_limit_ends_the_proof_of_a_path(run, camera):
+    done = run("move", camera(), "--from", "-2,1,1.5", "--pose", "2,1,1.5", "--time-limit", "0.001")
+    assert (done.exit_code, done.stdout) == (3, "")
+    last = done.stderr.splitlines()[-1]
+    assert last == "stopped at the time limit: no part of the path is proved; nothing was moved"
+    assert run("move", camera(), "--from", "2,1,1.5", "--pose", "2,1,1", "--time-limit", "0").exit_code == 2
+
+
+def test_an_interrupt_says_how_far_the_path_is_proved(run, monkeypatch):
+    def interrupt(self, progress):
+        assert progress.cells == 1 and 0 < progress.done < 1
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("solvers.commands.progress.ProgressDisplay.__call__", interrupt)
+    done = run("move", "four_winches", "--from", "2,1.5,1", "--pose", "1.5,1.5,1")
+    assert (done.exit_code, done.stdout) == (130, "")
+    assert re.fullmatch(
+        r"interrupted: the path is proved for 0\.\d\d of \d\.\d\d s, \d+ % of the way; nothing was moved\n",
+        done.stderr,
+    )
+
+
+def test_where_that_was_interrupted_is_130(run, monkeypatch):
+    from solvers.winches.where import Whereabouts
+
+    found = Whereabouts((), "0 stable poses; interrupted, there may be more", False, is_interrupted=True)
+    monkeypatch.setattr("solvers.winches.where.whereabouts", lambda *_: found)
+    done = run("where", "four_winches", "--from", "2,1.5,1")
+    assert done.exit_code == 130 and done.stderr == f"{found.message}\n"
+
+
+def test_a_printed_pose_with_tolerances_is_a_goal(run):
+    done = run(
+        "move", "four_winches", "--from", "2 +- 0.1 1.5 1", "--pose", "1.9 +- 0.0010  1.5 +- 1e-3, 1.0"
+    )
+    assert done.exit_code == 0 and done.stdout.startswith("goal (1.900000, 1.500000, 1.000000) m\n")
+    assert "--pose: without its tolerances, read as 1.9  1.5, 1.0\n" in done.stderr
+    assert "--from: without its tolerances, read as 2 1.5 1\n" in done.stderr

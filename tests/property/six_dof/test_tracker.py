@@ -698,7 +698,7 @@ def test_two_poses_near_a_fold_are_never_both_in_the_region() -> None:
                 pose = Tracker(robot, s, radius=radius).update(lengths)
                 if pose.tracked:
                     check_alone(robot, pose, result)
-                elif pose.region is not None and pose.region.radius < 0.02 * gap:
+                elif pose.tried is not None and pose.tried.radius < 0.02 * gap:
                     raise AssertionError("a region much smaller than the gap should do")
     assert gaps[0] > 0.4 and gaps[-1] < 1e-4
 
@@ -712,7 +712,7 @@ def test_a_pose_is_lost_at_its_fold() -> None:
         radii = []
         second = 7.374
         while (pose := tracker.update([7.5, second])).tracked:
-            radii.append(pose.region.radius)  # type: ignore[union-attr]
+            radii.append(pose.region.radius)
             second -= 1e-4
         assert second > 7.3294
         assert len(radii) > 50 and radii[-1] < radii[0]
@@ -738,7 +738,7 @@ def test_a_slack_cable_that_becomes_tight_is_named() -> None:
     for more in (0.05, 0.01, 1e-3, 3e-4):
         pose = tracker.update([*UC["uc4"][:3], reach + more])
         assert pose.tracked and pose.taut == (0, 1, 2) and pose.states[3] == "slack"
-        radii.append(pose.region.radius)  # type: ignore[union-attr]
+        radii.append(pose.region.radius)
     assert radii[-1] < radii[0]
     for more in (1e-7, 1e-9, 0.0, -1e-9, -1e-4, -1e-2):
         pose = tracker.update([*UC["uc4"][:3], reach + more])
@@ -771,7 +771,7 @@ def test_the_lengths_of_another_pose_are_a_jump() -> None:
     tracker = Tracker(robot, first)
     for lengths in ([6.0, 9.5, 7.0, 8.0], [9.0, 6.0, 8.0, 9.0], [1.0, 1.0, 1.0, 1.0], [80.0] * 4, [0.01] * 4):
         pose = tracker.update(lengths)
-        assert not pose.tracked and pose.reason and pose.region is not None
+        assert not pose.tracked and pose.reason and pose.tried is not None
     assert tracker.update(UC["uc4"]).tracked
 
 

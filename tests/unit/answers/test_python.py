@@ -19,7 +19,7 @@ import pytest
 import certificates
 from cdpr_interval import CdprError, InputError, NotSupportedError, load_robot
 from cdpr_interval.robots.shipped import shipped_robots
-from solvers import Result, forward_kinematics, pose_from_tensions
+from solvers import Result, forward_kinematics, inverse_kinematics, pose_from_tensions
 from solvers.answers.rows import columns
 from tests.support import hanging_mass
 from tests.unit.answers.test_result import result_of
@@ -57,6 +57,20 @@ def test_the_text_is_the_table(uc2):
     assert len(lines) >= 10 and f"{uc2}" == str(uc2)
 
 
+def test_inverse_kinematics_is_a_table_too():
+    found = inverse_kinematics("uc2", (5, 0, -7), rpy=("0", "2deg", "0"), settle=True)
+    assert len(repr(found)) < 200 and repr(found).startswith("<IkResult uc2: ")
+    title, asked, settled, head, *rows, pose, lengths = str(found).splitlines()
+    assert title == f"uc2 (six-dof): {found.message}"
+    assert asked.startswith("pose asked for (5.000000, ") and settled.startswith("pose settled   (4.88")
+    assert head.split()[:3] == ["cable", "distance", "m"] and [row.split()[0] for row in rows] == ["c1", "c2"]
+    assert pose == f"--pose {found.pose_option}" and lengths == f"--lengths {found.lengths_option}"
+    shown = found._repr_html_()
+    assert shown.count("<tr>") == 3 and f"<code>{lengths}</code>" in shown and "remarks" not in shown
+    named = replace(found, message="<script>", outside_tension_limits=("c2",))
+    assert "<script>" not in named._repr_html_() and "outside its limits" in named._repr_html_()
+
+
 def test_a_notebook_shows_a_table_without_anything_installed(uc2):
     shown = uc2._repr_html_()
     assert shown.count("<tr>") == 1 + len(uc2.solutions) and "8 static poses, proved to be all" in shown
@@ -80,7 +94,7 @@ def test_long_tables_are_cut_and_say_so(uc2):
 
 def test_rows(uc2):
     rows = uc2.to_rows()
-    assert [row["solution"] for row in rows] == list(range(8))
+    assert [row["solution"] for row in rows] == list(range(1, 9))
     assert list(rows[0]) == columns(uc2.cables)
     assert (rows[0]["taut"], rows[0]["stability"], rows[0]["proved"]) == ("c1 c2", "stable", True)
     assert all(isinstance(row["tension_c1_N"], float) for row in rows)

@@ -10,9 +10,10 @@ from pathlib import Path
 import pytest
 
 import certificates
-from certificates import certificate, processes
+from certificates import certificate, clock, processes
 from certificates.tree import Node
 from certificates.verdicts import Report, Verdict
+from solvers.proofs.claimed import claimed
 from tests.support.made_certificates import changed, hanging, leaf, platform, three_poses, written
 
 
@@ -59,6 +60,73 @@ def test_a_pending_subset(tmp_path):
     assert report.verdict is Verdict.PROVED and not report.complete and report.pending == 1
     text = "PROVED (partial): 0 static poses; others may exist: 1 pending, 0 undecided, 0 not certified"
     assert report.lines()[0] == text
+
+
+def test_why_something_is_left_open_is_counted_below(tmp_path):
+    document = hanging(["1", "1"])
+    document["subsets"][0] = {"taut": [0, 1], "pending": "no time"}
+    reasons = ["torus"] * 3 + [f"reason {k}" for k in range(5)] + ["long" * 100, "\u03c0"]
+    document["not_certified"] = [{"taut": [0], "reason": reason} for reason in reasons]
+    lines = check(tmp_path, document).lines()
+    assert "1 pending, 0 undecided, 10 not certified" in lines[0]
+    below = lines[lines.index("1 pending, 0 undecided") + 1 :]
+    assert below[0] == "3 poses not certified: torus" and below[1] == "1 pose not certified: reason 0"
+    assert len(below) == 6 and below[-1] == "and 4 other reasons"
+    document["not_certified"] = document["not_certified"][8:]
+    *_, long, other, pending = check(tmp_path, document).lines()
+    assert long.endswith("longl...") and len(long) < 130
+    assert (other, pending) == ("1 pose not certified: \\u03c0", "1 subset pending: no time")
+    assert claimed(document).reasons == tuple(check(tmp_path, document).reasons)
+
+
+def test_cells_that_are_left_open_have_reasons_too(tmp_path):
+    cells = [leaf(Node.PENDING, 1), leaf(Node.UNDECIDED), leaf(Node.PENDING), leaf(Node.PENDING)]
+    report = check(tmp_path, platform(*cells))
+    assert report.reasons == (
+        "4 cells pending: the search has not come to it",
+        "1 cell undecided: too small to be cut once more",
+    )
+    assert check(tmp_path, three_poses()).reasons == ()
+
+
+class Ended(processes.Worker):
+    """Checks two chunks, and then something happens."""
+
+    def check(self, chunk):
+        self.left = getattr(self, "left", 2) - 1
+        if self.left < 0:
+            raise self.error
+        return len(chunk[1])
+
+
+@pytest.mark.parametrize("error", [clock.OutOfTime, KeyboardInterrupt])
+def test_how_far_it_came_is_said(tmp_path, monkeypatch, error):
+    monkeypatch.setattr(Ended, "error", error, raising=False)
+    monkeypatch.setattr(processes, "Worker", Ended)
+    monkeypatch.setattr(certificate.Certificate, "check_entry", lambda self, k: (set(), 100, 0, 0))
+    cell = (0, 0, None)
+    monkeypatch.setattr(
+        certificate.Certificate, "cells", lambda self, k: ((i, *cell[1:]) for i in range(100))
+    )
+    for sample, of_them in ((None, "32 of 100 cells"), (50, "32 of 50 cells")):
+        document = platform(*[leaf(Node.UNDECIDED)] * 4)
+        if error is KeyboardInterrupt:
+            with pytest.raises(KeyboardInterrupt, match=f"^{of_them} checked$"):
+                check(tmp_path, document, sample=sample)
+        else:
+            report = check(tmp_path, document, sample=sample)
+            assert report.lines()[0] == f"OUT OF TIME: the time limit has passed: {of_them} checked"
+
+    def ended(self, k):
+        raise error
+
+    monkeypatch.setattr(certificate.Certificate, "check_entry", ended)
+    text = "0 of 1 subset examined, no cell checked"
+    if error is KeyboardInterrupt:
+        with pytest.raises(KeyboardInterrupt, match=text):
+            check(tmp_path, document)
+    else:
+        assert text in check(tmp_path, document).message
 
 
 def test_a_pending_subset_backs_no_solution(tmp_path):

@@ -79,8 +79,8 @@ def test_a_work_that_ends_at_once_draws_nothing(monkeypatch):
     monkeypatch.setattr(module, "PATIENCE", 60.0)
     with ProgressDisplay(stream := Terminal()) as display:
         display(HALF)
-    display._timer.join(20.0)
-    assert stream.getvalue() == "" and not display._timer.is_alive() and display._bar is None
+    display._thread.join(20.0)
+    assert stream.getvalue() == "" and not display._thread.is_alive() and display._bar is None
 
 
 def test_no_colours(monkeypatch):
@@ -100,12 +100,30 @@ def test_no_bar_without_a_terminal_that_can_redraw(monkeypatch, terminal):
     assert stream.getvalue() == "" and display._bar is None
 
 
-def test_a_log_has_a_line_now_and_then(monkeypatch):
-    monkeypatch.setattr(module, "SECONDS_BETWEEN", 0.0)
-    with ProgressDisplay(stream := io.StringIO(), "batch", logs=True) as display:
+def next_line(stream):
+    """Return the next line that a log gets."""
+    before, deadline = len(stream.getvalue()), time.monotonic() + 20.0
+    while stream.getvalue().count("\n", before) < 2 and time.monotonic() < deadline:
         time.sleep(0.01)
+    # The first of the two may have been begun before.
+    return stream.getvalue()[before:].splitlines()[1]
+
+
+def test_a_log_has_a_line_now_and_then(monkeypatch):
+    """Also while nothing is told."""
+    monkeypatch.setattr(module, "SECONDS_BETWEEN", 0.01)
+    with ProgressDisplay(stream := io.StringIO(), "batch") as display:
+        assert re.fullmatch(r"batch after \S+ s", next_line(stream))
         display.jobs(BatchProgress(5, 20, 2.5, 6.0, 1))
-    assert re.fullmatch(r"batch: 25 %, \S+ s left, 5/20 jobs, 2.5 jobs/s, 1 failed\n", stream.getvalue())
+        line = next_line(stream)
+        assert re.fullmatch(r"batch after \S+ s: 25 %, \S+ s left, 5/20 jobs, 2.5 jobs/s, 1 failed", line)
+        display.cells(0, 0)
+        assert re.fullmatch(r"batch after \S+ s: 0/0 cells", next_line(stream))
+        display.stage("report")
+        assert re.fullmatch(r"report after \S+ s", next_line(stream))
+    length = len(stream.getvalue())
+    display._thread.join(20.0)
+    assert not display._thread.is_alive() and len(stream.getvalue()) == length
 
 
 def test_a_terminal_that_has_gone_ends_nothing():

@@ -18,7 +18,7 @@ import can
 import canopen
 import pytest
 
-from cdpr_interval import load_robot
+from cdpr_interval import InputError, load_robot
 from cdpr_interval.driver import canopen_objects as objects
 from cdpr_interval.driver import cia402
 from cdpr_interval.driver.bus import PROBE_OFF, BusError, Command, DriveBus
@@ -405,9 +405,9 @@ def test_the_shipped_eds_has_every_object_the_driver_uses():
 
 def test_without_the_extra_the_error_says_so(monkeypatch):
     monkeypatch.setitem(sys.modules, "canopen", None)
-    with pytest.raises(BusError, match=r"pip install '.\[driver\]'"):
+    with pytest.raises(InputError, match=r"pip install '\.\[driver\]'"):
         CanOpenBus.of(ROBOT, "virtual", "none").connect()
-    with pytest.raises(BusError, match=r"pip install '\.\[driver\]'"):
+    with pytest.raises(InputError, match=r"pip install '\.\[driver\]'"):
         SimulatedNetwork([], "virtual", "none").start()
 
 

@@ -71,7 +71,7 @@ def test_a_class_says_what_it_refuses(bob, monkeypatch) -> None:
 
 def test_the_commands_know_a_new_class(bob, capsys, monkeypatch) -> None:
     for arguments, said in (
-        (["validate", bob], "bob: valid, plumb bob on 1 cables"),
+        (["validate", bob], "bob: valid, plumb bob on 1 cable,"),
         (["fk", bob, "--lengths", "2"], "1 static pose, proved to be all"),
     ):
         monkeypatch.setattr("sys.argv", ["cdpr-solve", *arguments])

@@ -15,7 +15,7 @@ from typing import Any
 import pytest
 from numba.core import caching
 
-from cdpr_interval.kernels import rounding, sources
+from cdpr_interval.kernels import cache, rounding, sources
 from cdpr_interval.kernels.cache import ANY, KEPT, LOCK, PREFIX, KeyedCacheFile, locked, make_room, mark_used
 
 ROOT = Path(__file__).resolve().parents[3]
@@ -321,6 +321,38 @@ def test_two_signatures_saved_at_once_are_both_kept(tmp_path):
 def test_without_the_lock_numba_mixes_them_up(tmp_path):
     """When this fails, numba has become safe itself, and the lock in `kernels/cache.py` can go."""
     assert overlapping(PLAIN, tmp_path) != [1, 2]
+
+
+HOLDS = """
+import sys, time
+from filelock import FileLock
+lock = FileLock(sys.argv[1])
+lock.acquire()
+print("held", flush=True)
+time.sleep(600)
+"""
+
+
+@NO_LOCKS
+def test_a_lock_that_is_not_given_back_is_not_waited_for_for_ever(tmp_path, monkeypatch, caplog):
+    """Nothing is loaded or saved meanwhile, which is said once; a killed process holds no lock."""
+    file = KeyedCacheFile(str(tmp_path), "kernel", "stamp")
+    file.save("first", 1)
+    monkeypatch.setattr(cache, "PATIENCE", 0.1)
+    monkeypatch.setattr(cache, "_given_up", set())
+    command = [sys.executable, "-c", HOLDS, str(tmp_path / LOCK)]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as holder:
+        try:
+            assert holder.stdout.readline() == "held\n"
+            assert file.load("first") is None
+            file.save("second", 2)
+            file.flush()
+        finally:
+            holder.kill()
+    assert [record.message.startswith("compiled kernels are not used") for record in caplog.records] == [True]
+    # This process has given up; another one, or this one before, finds all as it was.
+    monkeypatch.setattr(cache, "_given_up", set())
+    assert (file.load("first"), file.load("second")) == (1, None)
 
 
 def test_a_folder_that_is_not_there_is_no_error(tmp_path):

@@ -45,6 +45,15 @@ def test_every_spelling_is_read_exactly_in_each_form(text, lo, hi):
     assert read_lengths([text, 1, text], NAMES)[2] == (lo, hi)
 
 
+def test_the_whole_list_may_stand_in_brackets():
+    lengths = read_lengths("1,2,3..4", NAMES)
+    for text in ("[1,2,3..4]", " [1, 2, [3,4]] ", "(1,2,3..4)", "[c1=1,c3=3..4,c2=2]"):
+        assert read_lengths(text, NAMES) == lengths
+    assert read_lengths("[1,2]", NAMES[:2]) == read_lengths("1,2", NAMES[:2])
+    assert read_lengths("[1,2],[3,4]", NAMES[:2]) == ((1, 2), (3, 4))
+    assert read_lengths("[1,2]", NAMES[:1]) == ((1, 2),), "of one cable it is a range"
+
+
 @pytest.mark.parametrize(
     ("value", "lo", "hi"),
     [

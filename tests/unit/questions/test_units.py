@@ -10,8 +10,9 @@ import pytest
 from cdpr_interval import InputError, load_robot
 from cdpr_interval.mechanics.orientation import rotation_from_rpy
 from solvers import inverse_kinematics
+from solvers.questions.force import read_force
 from solvers.questions.pose import read_pose
-from solvers.questions.units import entries_of, read_metres, read_radians
+from solvers.questions.units import entries_of, read_metres, read_radians, read_seconds
 
 
 @pytest.mark.parametrize(
@@ -81,6 +82,10 @@ def test_lengths_are_exact_in_every_unit():
         ("1,,3", ["1", "", "3"]),
         ("1,deg", ["1", "deg"]),
         ("", [""]),
+        ("[1,2,3]", ["1", "2", "3"]),
+        (" (1 2 3) ", ["1", "2", "3"]),
+        ("0, 0, -10 N", ["0", "0", "-10N"]),
+        ("[1],[2]", ["[1]", "[2]"]),
     ],
 )
 def test_entries(text, entries):
@@ -91,6 +96,31 @@ def test_entries(text, entries):
 def test_decimal_commas_are_no_entries(text):
     with pytest.raises(InputError, match="--pose: decimals have a point"):
         entries_of(text, "--pose")
+
+
+def test_forces_and_times_have_their_units():
+    assert read_force("0,0,-10N") == read_force("[0 0 -10 N]") == read_force((0, 0, "-0.01kN")) == (0, 0, -10)
+    assert [read_seconds(text) for text in ("10", "10s", "1.5min", "500 ms", "2h")] == [
+        10,
+        10,
+        90,
+        F(1, 2),
+        7200,
+    ]
+    for text, message in (
+        ("0,0,-10kg", r"\[2\]: '-10kg' is not a number \(units are N, kN\)"),
+        ("0,0,10m", r"\[2\]: '10m' is a length, not a force"),
+        ("1,2", "must hold 3 numbers, got 2"),
+    ):
+        with pytest.raises(InputError, match=f"--external-force.*{message}"):
+            read_force(text, "--external-force")
+    for text, message in (("10N", "is a force, not a time"), ("10sec", r"units are s, min, h, ms")):
+        with pytest.raises(ValueError, match=message):
+            read_seconds(text)
+    with pytest.raises(ValueError, match="is a time, not an angle"):
+        read_radians("10s")
+    with pytest.raises(ValueError, match="is a force, not a length"):
+        read_metres("10N")
 
 
 def test_a_row_of_a_table_is_a_pose():
