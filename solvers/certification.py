@@ -12,7 +12,7 @@ from cdpr_interval.text.literal import printable
 from solvers.answers.result import Result
 from solvers.forward import answer_question
 from solvers.questions.arguments import read_path
-from solvers.questions.checked import check_budgets
+from solvers.questions.checked import check_budgets, require_certifiable
 from solvers.questions.errors import InputErrors
 from solvers.questions.problem import Method, Options, Problem
 
@@ -48,7 +48,7 @@ def question_of(result: Result) -> tuple[Problem, Options]:
     InputError
         The result does not hold it: it was written before results did.
     NotSupportedError
-        Tensions were given instead of lengths.
+        Tensions were given instead of lengths, or data of the robot are ranges.
     """
     origin, asked = result.provenance, result.question
     if origin is None:
@@ -62,4 +62,6 @@ def question_of(result: Result) -> tuple[Problem, Options]:
         precision=asked.precision,
         threads=result.statistics.threads,
     )
-    return Problem(origin.robot, origin.lengths, origin.external_force, asked.taut), options
+    problem = Problem(origin.robot, origin.lengths, origin.external_force, asked.taut)
+    require_certifiable(problem)
+    return problem, options

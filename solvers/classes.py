@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 
 from cdpr_interval.errors import NotSupportedError
 from cdpr_interval.exact.enclosure import Bounds
-from cdpr_interval.robots.cable_robot import Robot
+from cdpr_interval.mechanics.loaded import NO_FORCE
+from cdpr_interval.robots.cable_robot import Point, Robot
 from solvers.answers.data import Answer, CableState, Solution
 from solvers.point_mass.robot_class import CLASS as POINT_MASS
 from solvers.questions.arguments import Label
@@ -58,8 +59,11 @@ class RobotClass(Protocol):
     def accepts(self, robot: Any) -> bool:
         """Return True for a robot of this class; exactly one class accepts a robot."""
 
-    def refuses(self, robot: Any) -> str | None:
-        """Return why this version cannot treat a robot of the class, as a sentence; None where it can."""
+    def refuses(self, robot: Any, force: Point = NO_FORCE) -> str | None:
+        """Return why this version cannot treat a robot of the class under a force (N), as a sentence.
+
+        None where it can. Ranges in the data of robot and force count.
+        """
 
     def complaints(
         self, robot: Any, taut: tuple[int, ...] | None, options: Options, label: Label

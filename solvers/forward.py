@@ -12,6 +12,7 @@ from cdpr_interval.exact.enclosure import length_bounds
 from cdpr_interval.robots.cable_robot import Robot
 from cdpr_interval.robots.formats.given import require_robot
 from solvers.answers.data import Answer, Question, RobotIdentity, Statistics, StopReason
+from solvers.answers.fields import floats_of
 from solvers.answers.message import message_of
 from solvers.answers.order import sort_solutions, sort_subsets, sort_undecided
 from solvers.answers.provenance import provenance
@@ -21,7 +22,7 @@ from solvers.classes import class_of
 from solvers.questions.arguments import require_flags
 from solvers.questions.checked import check_budgets, read_method, require_treated
 from solvers.questions.errors import InputErrors
-from solvers.questions.force import NO_LOAD, ZERO, read_force
+from solvers.questions.force import ZERO, no_load, read_force_ranges
 from solvers.questions.lengths import read_lengths
 from solvers.questions.problem import Options, Problem, Progress
 from solvers.questions.subset import read_subset
@@ -63,7 +64,7 @@ def forward_kinematics(
         Target width of the position in m and the rotation entries of a solution, exact input. Boxes are
         always as narrow as a few Newton steps in doubles make them, so it changes nothing yet.
     external_force : sequence of 3 numbers, optional
-        Constant force at the centre of mass in N, base axes, added to the weight.
+        Constant force at the centre of mass in N, base axes, added to the weight; numbers or ranges.
     time_limit : float, optional
         Seconds of wall time.
     cell_limit : int, optional
@@ -144,7 +145,7 @@ def pose_problem(
     errors = InputErrors()
     names = robot.cable_names
     ranges = errors.read(read_lengths, lengths, names, label("lengths")) or ()
-    force = ZERO if external_force is None else errors.read(read_force, external_force) or ZERO
+    force = ZERO if external_force is None else errors.read(read_force_ranges, external_force) or ZERO
     subset = None if taut is None else errors.read(read_subset, taut, names, label("taut"))
     if taut is None and options.ignore_tension_sign and len(names) == 6:
         subset = tuple(range(6))
@@ -154,11 +155,10 @@ def pose_problem(
             errors.add(text)
     check_budgets(options, errors, label)
     problem = Problem(robot, ranges, force, subset)
-    # Of a robot with ranges the load may be one, and the robot is refused below.
-    if not robot.uncertain and not any(problem.load):
-        errors.add(NO_LOAD)
+    if (complaint := no_load(problem.loaded)) is not None:
+        errors.add(complaint)
     errors.require_none()
-    require_treated(robot, kind.refuses(robot))
+    require_treated(robot, kind.refuses(robot, force))
     return problem
 
 
@@ -178,7 +178,6 @@ def answer_question(problem: Problem, options: Options) -> Result:
 def build_result(problem: Problem, options: Options, answer: Answer, seconds: float) -> Result:
     """Return the result: the answer in canonical order, with the question it answers."""
     robot = problem.robot
-    fx, fy, fz = (float(component) for component in problem.external_force)
     return Result(
         tool=this_tool(),
         robot=RobotIdentity(robot.name, robot.sha256),
@@ -192,7 +191,7 @@ def build_result(problem: Problem, options: Options, answer: Answer, seconds: fl
             ignore_tension_sign=options.ignore_tension_sign,
             method=options.method.value,
             precision=options.precision,
-            external_force=(fx, fy, fz),
+            external_force=floats_of(problem.external_force),
         ),
         outcome=answer.outcome,
         stop_reason=answer.stop_reason,

@@ -29,6 +29,8 @@ from cdpr_interval.text.count import counted
 from solvers.answers.result import Result
 from solvers.forward import answer_question, pose_problem
 from solvers.point_mass import scope as point_mass
+from solvers.questions.checked import require_treated, uncertain_data
+from solvers.questions.force import read_force
 from solvers.questions.problem import Method, Options, Problem
 from solvers.tensions import TensionProblem, height, solve_tensions, tension_problem
 
@@ -183,14 +185,16 @@ def polynomial_report(
     (2, True)
     """
     robot = require_robot(robot)
+    require_treated(robot, uncertain_data(robot, asker="polynomial"))
+    force = None if external_force is None else read_force(external_force)
     if (lengths is None) == (tensions is None):
         raise InputError("either lengths or tensions are needed")
     if tensions is not None:
-        question = tension_problem(robot, tensions, taut, external_force)
+        question = tension_problem(robot, tensions, taut, force)
         refuse_ranges(question.tensions, "tensions")
         return of_tensions(question)
     options = Options(ignore_slack=True, method=Method.SEARCH)
-    problem = pose_problem(robot, lengths, taut, external_force, options)
+    problem = pose_problem(robot, lengths, taut, force, options)
     refuse_ranges(problem.lengths, "lengths")
     chosen = problem.taut if problem.taut is not None else tuple(range(len(robot.cables)))
     problem = Problem(robot, problem.lengths, problem.external_force, chosen)

@@ -23,11 +23,12 @@ from numpy.typing import NDArray
 
 from cdpr_interval.errors import InputError, NotSupportedError
 from cdpr_interval.exact import balls
-from cdpr_interval.exact.vector import Vector
-from cdpr_interval.mechanics.cables.law import law_of
+from cdpr_interval.exact.range import as_range
+from cdpr_interval.exact.vector import Vector, is_zero
+from cdpr_interval.mechanics.cables.law import end_laws
 from cdpr_interval.mechanics.loaded import LoadedRobot, loaded
 from cdpr_interval.mechanics.stability import Stability
-from cdpr_interval.robots.cable_robot import Robot, exact_point
+from cdpr_interval.robots.cable_robot import Point, Robot
 from cdpr_interval.robots.formats.given import require_robot
 from solvers.answers.data import (
     Answer,
@@ -43,9 +44,8 @@ from solvers.classes import require_supported
 from solvers.forward import build_result
 from solvers.point_mass import scope as point_mass
 from solvers.point_mass.entry import IDENTITY
-from solvers.questions.checked import require_treated, uncertain_data
 from solvers.questions.errors import InputErrors
-from solvers.questions.force import NO_LOAD, ZERO, read_force
+from solvers.questions.force import ZERO, no_load, read_force_ranges
 from solvers.questions.lengths import read_lengths
 from solvers.questions.problem import Options, Problem
 from solvers.questions.subset import read_subset
@@ -54,10 +54,10 @@ from solvers.questions.units import NEWTONS
 Floats = NDArray[np.float64]
 STEPS = 200
 """Most damped Newton steps from the start to the minimum."""
-MOST_PARTS = 2000
-"""Parts into which ranges of tensions are cut at most."""
-NARROW = Fraction(1, 2**40)
-"""Ranges of a smaller share of the tension are not cut."""
+MOST_PARTS, MOST_PARTS_OF_DATA = 2000, 60
+"""Parts into which ranges of tensions are cut at most; with ranges of other data, of which there are many."""
+NARROW = 2.0**-40
+"""Ranges of a smaller share of the largest number of their kind are not cut."""
 WIDENINGS = 12
 """Boxes tried around a guess, each larger by half."""
 
@@ -69,7 +69,7 @@ class TensionProblem:
     robot: Robot
     chosen: tuple[int, ...]
     tensions: tuple[tuple[Fraction, Fraction], ...]
-    external_force: Vector
+    external_force: Point
 
     @property
     def loaded(self) -> LoadedRobot:
@@ -89,22 +89,20 @@ def tension_problem(
     robot, errors = require_robot(robot), InputErrors()
     names = robot.cable_names
     chosen = tuple(range(len(names))) if taut is None else errors.read(read_subset, taut, names, "taut")
-    force = ZERO if external_force is None else errors.read(read_force, external_force) or ZERO
+    force = ZERO if external_force is None else errors.read(read_force_ranges, external_force) or ZERO
     ranges = None
     if chosen is not None:
         ranges = errors.read(read_tensions, tensions, [names[i] for i in chosen])
     errors.require_none()
     assert chosen is not None and ranges is not None
-    # First: with a range in an anchor it is not known to be a point mass.
-    require_treated(robot, uncertain_data(robot))
     if not point_mass.accepts(robot):
         raise NotSupportedError(
             f"robot '{robot.name}': given tensions are for point masses, this is a platform"
         )
     require_supported(robot)
     problem = TensionProblem(robot, chosen, ranges, force)
-    if not any(problem.load):
-        errors.add(NO_LOAD)
+    if (complaint := no_load(problem.loaded)) is not None:
+        errors.add(complaint)
     errors.require_none()
     return problem
 
@@ -152,8 +150,8 @@ def pose_from_tensions(
 def solve_tensions(problem: TensionProblem) -> Result:
     """Find and prove the static pose for given tensions.
 
-    Guarantee: with outcome COMPLETE there is exactly one pose for every choice of the tensions, in the
-    only solution's box, or none for any choice.
+    Guarantee: with outcome COMPLETE there is exactly one pose for every choice of the tensions, and of data
+    that are ranges, in the only solution's box, or none for any choice.
     """
     start = time.perf_counter()
     with balls.precision():
@@ -166,7 +164,7 @@ def solve_tensions(problem: TensionProblem) -> Result:
 
 def answered(problem: TensionProblem) -> Answer:
     """Return the pose, that there is none, or that this is open."""
-    load = balls.fractions(problem.load)
+    load = vector_of(problem.loaded.load_ranges)
     tensions = [balls.from_fraction(lo).union(balls.from_fraction(hi)) for lo, hi in problem.tensions]
     size, total = balls.norm(load), sum(tensions, arb(0))
     if total < size:
@@ -175,7 +173,7 @@ def answered(problem: TensionProblem) -> Answer:
         return undecided(
             problem, "the exit points lie on a line along the load: tensions do not fix the pose"
         )
-    exits = [balls.fractions(problem.loaded.exits[i]) for i in problem.chosen]
+    exits = exits_of(problem)
     if total > size:
         for k, exit_point in enumerate(exits):
             others = [(t, a) for j, (t, a) in enumerate(zip(tensions, exits, strict=True)) if j != k]
@@ -186,17 +184,35 @@ def answered(problem: TensionProblem) -> Answer:
                     return Answer(
                         (), message=f"no static pose: the cables would pull the mass into the exit of {name}"
                     )
-    proved = enclosed(exits, tensions, load)
+    most = MOST_PARTS if problem.loaded.is_exact else MOST_PARTS_OF_DATA
+    proved = enclosed(exits, tensions, load, most)
     if proved is None:
         return undecided(problem, "no box around the lowest point could be proved")
     return Answer((entry(problem, proved, tensions),))
 
 
+def vector_of(point: Point) -> arb_mat:
+    """Return a point of numbers and ranges as a column of balls."""
+    ends = map(as_range, point)
+    return balls.vector([balls.from_fraction(lo).union(balls.from_fraction(hi)) for lo, hi in ends])
+
+
+def exits_of(problem: TensionProblem) -> list[arb_mat]:
+    """Return the exit points of the chosen cables, of ranges all choices."""
+    return [vector_of(problem.robot.cables[i].frame_anchor) for i in problem.chosen]
+
+
 def on_a_line_along_the_load(problem: TensionProblem) -> bool:
-    """Return True where all exit points lie on one line parallel to the load (one point: always)."""
-    first, *others = [problem.loaded.exits[i] for i in problem.chosen]
+    """Return True where all exit points lie on one line parallel to the load (one point: always).
+
+    Only where that is so for every choice: of ranges of directions it is not.
+    """
+    spread, middle = problem.loaded.spread, problem.loaded.middle
+    if not (spread.points_are_exact and is_zero(spread.load)):
+        return len(problem.chosen) == 1
+    first, *others = [middle.exits[i] for i in problem.chosen]
     rows = [[fmpq(*(x - y).as_integer_ratio()) for x, y in zip(a, first, strict=True)] for a in others]
-    rows.append([fmpq(*x.as_integer_ratio()) for x in problem.load])
+    rows.append([fmpq(*x.as_integer_ratio()) for x in middle.load])
     return bool(fmpq_mat(rows).rank() == 1)
 
 
@@ -206,28 +222,54 @@ def undecided(problem: TensionProblem, reason: str) -> Answer:
     return Answer((), undecided=(Undecided(problem.chosen, 1, reason, everywhere, IDENTITY),), message=reason)
 
 
-def enclosed(exits: Sequence[arb_mat], tensions: list[arb], load: arb_mat) -> arb_mat | None:
-    """Return a box of the poses for every choice of tensions; ranges are halved where they are too wide."""
-    boxes: list[arb_mat] = []
-    waiting = [tensions]
+def enclosed(exits: Sequence[arb_mat], tensions: list[arb], load: arb_mat, most: int) -> arb_mat | None:
+    """Return a box of the poses for every choice; ranges are halved where they are too wide."""
+    found: list[arb_mat] = []
+    waiting = [Choice(list(exits), tensions, load)]
     while waiting:
         part = waiting.pop()
-        found = enclosure(exits, part, load)
-        if found is not None:
-            boxes.append(found)
+        box = enclosure(part.exits, part.tensions, part.load)
+        if box is not None:
+            found.append(box)
             continue
-        widest = max(range(len(part)), key=lambda k: float(part[k].rad()))
-        lo, hi = balls.to_range(part[widest])
-        if hi - lo < hi * NARROW or len(boxes) + len(waiting) > MOST_PARTS:
+        if len(found) + len(waiting) > most or (halves := part.halves()) is None:
             return None
-        middle = balls.from_fraction((lo + hi) / 2)
-        for end in (lo, hi):
-            half = balls.from_fraction(end).union(middle)
-            waiting.append([*part[:widest], half, *part[widest + 1 :]])
-    first, *others = boxes
+        waiting += halves
+    first, *others = found
     for other in others:
         first = arb_mat([[a.union(b)] for a, b in zip(first.entries(), other.entries(), strict=True)])
     return first
+
+
+@dataclass(frozen=True, eq=False)
+class Choice:
+    """A box of choices: exit points, tensions and load."""
+
+    exits: list[arb_mat]
+    tensions: list[arb]
+    load: arb_mat
+
+    def halves(self) -> list[Choice] | None:
+        """Return the two halves, cut where the range is widest for its size; None where all are narrow."""
+        size = max(float(balls.norm(self.load).upper()), *(float(t.upper()) for t in self.tensions))
+        span = max(float(abs(x).upper()) for a in self.exits for x in a.entries()) or 1.0
+        flat = [x for a in self.exits for x in a.entries()]
+        numbers = [*flat, *self.tensions, *self.load.entries()]
+        scales = [span] * len(flat) + [size] * (len(self.tensions) + 3)
+        shares = [float(x.rad()) / scale for x, scale in zip(numbers, scales, strict=True)]
+        widest = max(range(len(numbers)), key=shares.__getitem__)
+        if shares[widest] < NARROW:
+            return None
+        lo, hi = balls.to_range(numbers[widest])
+        middle = balls.from_fraction((lo + hi) / 2)
+        found = []
+        for end in (lo, hi):
+            half = [*numbers]
+            half[widest] = balls.from_fraction(end).union(middle)
+            points = [balls.vector(half[3 * i : 3 * i + 3]) for i in range(len(self.exits))]
+            pulls, load = half[len(flat) : -3], balls.vector(half[-3:])
+            found.append(Choice(points, pulls, load))
+        return found
 
 
 def gradient(
@@ -249,14 +291,21 @@ def enclosure(exits: Sequence[arb_mat], tensions: Sequence[arb], load: arb_mat) 
     if guess is None:
         return None
     c = arb_mat([[float(v)] for v in guess])
-    middles = [t.mid() for t in tensions]
+    points, pulls, force = [a.mid() for a in exits], [t.mid() for t in tensions], load.mid()
     try:
         for _ in range(8):
-            slope, bend = gradient(exits, middles, load, c)
+            slope, bend = gradient(points, pulls, force, c)
             c = (c - bend.mid().solve(slope.mid())).mid()
-        slope, bend = gradient(exits, tensions, load, c)
+        slope, bend = gradient(points, pulls, force, c)
         inverse = bend.mid().inv().mid()
-        step = inverse * slope
+        # What one number does to the three components stays together.
+        step = inverse * slope + inverse * (force - load)
+        for a, t, a0, t0 in zip(exits, tensions, points, pulls, strict=True):
+            e = c - a
+            rho = balls.norm(e)
+            step += inverse * e * ((t - t0) / rho)
+            turn = inverse * (balls.identity() - e * e.transpose() * (1 / (rho * rho)))
+            step += turn * (a0 - a) * (t0 / rho)
         reach = [
             2 * abs(v).upper() + (1 + abs(w)).mid() * arb(2) ** -100
             for v, w in zip(step.entries(), c.entries(), strict=True)
@@ -305,7 +354,7 @@ def lowest(exits: Sequence[arb_mat], tensions: Sequence[arb], load: arb_mat) -> 
 
 def height(robot: Robot, c: arb_mat) -> arb:
     """Return how high a point is, against gravity."""
-    gravity = balls.fractions(exact_point(robot.gravity))
+    gravity = vector_of(robot.gravity)
     return -balls.dot(c, gravity) / balls.norm(gravity)
 
 
@@ -313,8 +362,8 @@ def entry(problem: TensionProblem, c: arb_mat, tensions: Sequence[arb]) -> Solut
     """Return the pose as results list it."""
     count = len(problem.robot.cables)
     pulls, distances = np.zeros((count, 2)), np.zeros((count, 2))
-    for i, exit_point in enumerate(problem.loaded.exits):
-        distances[i] = balls.to_bounds(balls.norm(c - balls.fractions(exit_point)))
+    for i, cable in enumerate(problem.robot.cables):
+        distances[i] = balls.to_bounds(balls.norm(c - vector_of(cable.frame_anchor)))
     for i, t in zip(problem.chosen, tensions, strict=True):
         pulls[i] = balls.to_bounds(t)
     position = balls.bounds_array(c)
@@ -350,8 +399,8 @@ def with_tensions(result: Result, problem: TensionProblem) -> Result:
         for solution in result.solutions:
             for i in problem.chosen:
                 rho, tau = (balls.from_bounds(*row) for row in (solution.distances[i], solution.tensions[i]))
-                lengths[i] = balls.to_bounds(
-                    law_of(problem.robot.cables[i]).unstretched(rho, tau, balls.from_fraction)
-                )
+                laws = end_laws(problem.robot.cables[i])
+                ends = [balls.to_bounds(law.unstretched(rho, tau, balls.from_fraction)) for law in laws]
+                lengths[i] = min(lo for lo, _ in ends), max(hi for _, hi in ends)
     question = replace(result.question, tensions_given=tuple((lo, hi) for lo, hi in given.tolist()))
     return replace(result, lengths=lengths, question=question)

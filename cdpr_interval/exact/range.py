@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from fractions import Fraction
+from functools import reduce
 from typing import NamedTuple
 
 
@@ -66,6 +68,16 @@ class Range(NamedTuple):
     def widened(self, by: Fraction | int) -> Range:
         """Return the range with both bounds moved outwards by a distance."""
         return Range(self.lo - by, self.hi + by)
+
+
+def as_range(x: Fraction | Range) -> Range:
+    """Return a range, of a number the one that holds only it."""
+    return x if isinstance(x, Range) else Range(x, x)
+
+
+def hull_of(ranges: Iterable[Range]) -> Range:
+    """Return the smallest range around some ranges, one at least."""
+    return reduce(Range.hull, ranges)
 
 
 RangeVector = tuple[Range, Range, Range]

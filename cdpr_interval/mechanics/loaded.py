@@ -1,6 +1,7 @@
 """A robot under a load: what follows from its data and a constant force, whatever the lengths.
 
-Every view is of exact numbers: of a robot with a range where a view looks, it raises `NotSupportedError`.
+Every view but `load_ranges`, `middle` and `spread` is of exact numbers: of a robot with a range where a view
+looks, it raises `NotSupportedError`. What treats ranges looks at the views of `middle`, and adds `spread`.
 
 Robots under a load are kept, so that what is computed from one (here, and by the classes of robots in caches
 keyed by it) is computed once. A robot is recognised as the same object, not by its contents: hashing all its
@@ -13,9 +14,18 @@ from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property, lru_cache
 
+from cdpr_interval.exact.range import RangeVector, as_range
 from cdpr_interval.exact.vector import Vector, minus
 from cdpr_interval.mechanics.cables.law import CableModel, model_of
-from cdpr_interval.robots.cable_robot import Robot, exact, exact_point
+from cdpr_interval.mechanics.spread import Spread, spread_of
+from cdpr_interval.robots.cable_robot import (
+    Point,
+    Robot,
+    exact,
+    exact_point,
+    is_exact_point,
+    middle_point,
+)
 
 NO_FORCE: Vector = (Fraction(0), Fraction(0), Fraction(0))
 MOST_KEPT = 8
@@ -27,8 +37,33 @@ class LoadedRobot:
     """A robot and the constant force on it. Compared and hashed by identity; made by `loaded`."""
 
     robot: Robot
-    external_force: Vector
+    external_force: Point
     """At the centre of mass, base axes, N; added to the weight."""
+
+    @cached_property
+    def is_exact(self) -> bool:
+        """True when no number of the robot and of the force is a range."""
+        return self.robot.is_exact and is_exact_point(self.external_force)
+
+    @cached_property
+    def middle(self) -> LoadedRobot:
+        """The middle robot under the middle of the force; where all numbers are exact, this one itself."""
+        return self if self.is_exact else loaded(self.robot.middle(), middle_point(self.external_force))
+
+    @cached_property
+    def spread(self) -> Spread:
+        """By how much geometry and load may differ from those of `middle`."""
+        return spread_of(self.robot, self.external_force)
+
+    @cached_property
+    def load_ranges(self) -> RangeVector:
+        """The tightest ranges of the components of f = m g + F, N, base axes."""
+        mass = as_range(self.robot.platform.mass)
+        x, y, z = (
+            mass * as_range(g) + as_range(extra)
+            for g, extra in zip(self.robot.gravity, self.external_force, strict=True)
+        )
+        return x, y, z
 
     @cached_property
     def gravity(self) -> Vector:
@@ -39,7 +74,7 @@ class LoadedRobot:
     def load(self) -> Vector:
         """The force f = m g + F on the platform, N, base axes."""
         mass = exact(self.robot.platform.mass)
-        g, extra = self.gravity, self.external_force
+        g, extra = self.gravity, exact_point(self.external_force)
         return (mass * g[0] + extra[0], mass * g[1] + extra[1], mass * g[2] + extra[2])
 
     @cached_property
@@ -81,11 +116,11 @@ class _Same:
         return isinstance(other, _Same) and self.robot is other.robot
 
 
-def loaded(robot: Robot, external_force: Vector = NO_FORCE) -> LoadedRobot:
+def loaded(robot: Robot, external_force: Point = NO_FORCE) -> LoadedRobot:
     """Return a robot under its weight and a constant force (N, base axes), kept from an earlier call."""
     return _loaded(_Same(robot), external_force)
 
 
 @lru_cache(maxsize=MOST_KEPT)
-def _loaded(robot: _Same, external_force: Vector) -> LoadedRobot:
+def _loaded(robot: _Same, external_force: Point) -> LoadedRobot:
     return LoadedRobot(robot.robot, external_force)

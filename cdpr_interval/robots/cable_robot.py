@@ -59,6 +59,22 @@ def exact_point(point: Point) -> Vector:
     return exact(x), exact(y), exact(z)
 
 
+def middle(value: Scalar) -> Fraction:
+    """Return a number, of a range its middle."""
+    return value.mid if isinstance(value, Range) else value
+
+
+def middle_point(point: Point) -> Vector:
+    """Return a point with every range replaced by its middle."""
+    x, y, z = point
+    return middle(x), middle(y), middle(z)
+
+
+def is_exact_point(point: Point) -> bool:
+    """Return True when no coordinate is a range."""
+    return not any(isinstance(x, Range) for x in point)
+
+
 def _number(value: Any, name: str) -> Scalar:
     """Return a number or a range as this module keeps it; `InputError` with the name for anything else."""
     if type(value) in (Fraction, Range):
@@ -124,7 +140,23 @@ class Elasticity(Part):
         """Take the numbers exactly."""
         for name in ("stiffness", "axial_stiffness"):
             if (value := getattr(self, name)) is not None:
-                self._keep(name, _number(value, name))
+                number = _number(value, name)
+                if (number.lo if isinstance(number, Range) else number) <= 0:
+                    raise InputError(f"{name}: must be greater than 0, got {value}")
+                self._keep(name, number)
+
+    def middle(self) -> Elasticity:
+        """Return it with every range replaced by its middle."""
+        given = (self.stiffness, self.axial_stiffness)
+        return Elasticity(*(None if value is None else middle(value) for value in given))
+
+    def ends(self) -> tuple[Elasticity, ...]:
+        """Return it with the range replaced by its lower and by its upper end; an exact one alone."""
+        given = (self.stiffness, self.axial_stiffness)
+        if not any(isinstance(value, Range) for value in given):
+            return (self,)
+        pairs = [value if isinstance(value, Range) else (value, value) for value in given]
+        return tuple(Elasticity(*end) for end in zip(*pairs, strict=True))
 
     def to_dict(self) -> dict[str, Any]:
         """Return the block of a file."""
@@ -157,6 +189,15 @@ class Cable(Part):
                 "tension_limits", (exact(_number(lo, "tension_limits")), exact(_number(hi, "tension_limits")))
             )
 
+    def middle(self) -> Cable:
+        """Return it with every range replaced by its middle."""
+        return dataclasses.replace(
+            self,
+            frame_anchor=middle_point(self.frame_anchor),
+            platform_anchor=middle_point(self.platform_anchor),
+            elasticity=None if self.elasticity is None else self.elasticity.middle(),
+        )
+
     def to_dict(self) -> dict[str, Any]:
         """Return the block of a file."""
         block: dict[str, Any] = {
@@ -187,6 +228,10 @@ class Platform(Part):
             raise InputError(f"mass: must not be negative, got {self.mass}")
         self._keep("mass", mass)
         self._keep("centre_of_mass", _point(self.centre_of_mass, "centre_of_mass"))
+
+    def middle(self) -> Platform:
+        """Return it with every range replaced by its middle."""
+        return Platform(middle(self.mass), middle_point(self.centre_of_mass))
 
     def to_dict(self) -> dict[str, Any]:
         """Return the block of a file."""
@@ -350,6 +395,30 @@ class Robot(Part):
         """Every scalar that is a range, in the order gravity, platform, cables."""
         return tuple(
             Uncertain(path, value.lo, value.hi) for path, value in self._scalars() if isinstance(value, Range)
+        )
+
+    @property
+    def is_exact(self) -> bool:
+        """True when no scalar is a range."""
+        return not self.uncertain
+
+    def middle(self) -> Robot:
+        """Return the robot with every range replaced by its middle; an exact robot is returned itself.
+
+        It may be of another class: where ranges of anchors have the centre of mass in their middles, the
+        middle robot is a point mass and this one is not.
+        """
+        return self._middle
+
+    @cached_property
+    def _middle(self) -> Robot:
+        if self.is_exact:
+            return self
+        return dataclasses.replace(
+            self,
+            platform=self.platform.middle(),
+            cables=tuple(cable.middle() for cable in self.cables),
+            gravity=middle_point(self.gravity),
         )
 
     def _scalars(self) -> Iterator[tuple[str, Scalar]]:

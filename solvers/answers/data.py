@@ -20,6 +20,7 @@ from solvers.answers.fields import (
     Cables,
     Count,
     Described,
+    FloatOrRange,
     Interval,
     Matrix,
     Numbers,
@@ -271,8 +272,9 @@ class Question(Described):
     """How a point mass is solved: auto, search or convex."""
     precision: float
     """Target width of the position (m) and of the rotation's entries of a solution."""
-    external_force: Triple
-    """Constant force at the centre of mass, base axes, added to the weight: the nearest doubles."""
+    external_force: tuple[FloatOrRange, FloatOrRange, FloatOrRange]
+    """Constant force at the centre of mass, base axes, added to the weight: the nearest doubles; [lo, hi]
+    where a range was given."""
     tensions_given: Annotated[tuple[tuple[float, float], ...], PerCable()] | None = None
     """What was known instead of lengths: [lo, hi] of each cable, file order; left out otherwise."""
 

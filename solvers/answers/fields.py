@@ -9,14 +9,13 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from fractions import Fraction
-from functools import partial
 from typing import Annotated, Any, ClassVar
 
 import numpy as np
 
 from cdpr_interval.exact.decimals import exact_text
 from cdpr_interval.exact.enclosure import Bounds
-from cdpr_interval.exact.range import LengthRange
+from cdpr_interval.exact.range import LengthRange, Range
 from cdpr_interval.text.count import counted
 from solvers.answers.robot_data import LONGEST, robot_from_json, robot_to_json
 
@@ -165,12 +164,12 @@ class ExactRanges:
         return {"type": "array", "items": {"type": "string"}}
 
 
-class ExactNumbers:
-    """Exact numbers; in JSON texts such as 7.1."""
+class ExactScalars:
+    """Exact numbers and ranges; in JSON texts such as 7.1 or 7.099..7.101."""
 
     def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> Any:
         """Return how numbers are read and written."""
-        return _of_texts(Fraction, partial(exact_text, longest=LONGEST), "a list of numbers as texts")
+        return _of_texts(_read_scalar, _scalar_text, "a list of numbers or ranges as texts")
 
     def __get_pydantic_json_schema__(self, schema: Any, handler: Any) -> Any:
         """Return a list of texts."""
@@ -200,6 +199,7 @@ Cables = Annotated[tuple[int, ...], AsNames()]
 Count = Annotated[int, NotNegative()]
 Floats = Annotated[tuple[float, ...], PerCable()]
 Triple = tuple[float, float, float]
+FloatOrRange = float | tuple[float, float]
 Quadruple = tuple[float, float, float, float]
 
 
@@ -227,6 +227,21 @@ def _read_range(text: str) -> LengthRange:
 def _range_text(ends: LengthRange) -> str:
     lo, hi = (exact_text(end, LONGEST) for end in ends)
     return lo if lo == hi else f"{lo}..{hi}"
+
+
+def _read_scalar(text: str) -> Fraction | Range:
+    lo, hi = _read_range(text)
+    return lo if lo == hi else Range(lo, hi)
+
+
+def _scalar_text(value: Fraction | Range) -> str:
+    return _range_text(value if isinstance(value, Range) else (value, value))
+
+
+def floats_of(values: tuple[Any, Any, Any]) -> tuple[FloatOrRange, FloatOrRange, FloatOrRange]:
+    """Return the doubles nearest to three exact numbers, or to the ends of ranges."""
+    x, y, z = ((float(v.lo), float(v.hi)) if isinstance(v, Range) else float(v) for v in values)
+    return x, y, z
 
 
 def numbers(bounds: Bounds) -> Any:

@@ -12,10 +12,9 @@ from functools import cache
 from typing import Annotated
 
 from cdpr_interval.exact.range import LengthRange
-from cdpr_interval.exact.vector import Vector
-from cdpr_interval.robots.cable_robot import Robot
+from cdpr_interval.robots.cable_robot import Point, Robot
 from cdpr_interval.version import PACKAGE, version
-from solvers.answers.fields import Described, ExactNumbers, ExactRanges, RobotData
+from solvers.answers.fields import Described, ExactRanges, ExactScalars, RobotData
 
 ARITHMETIC = ("numba", "numpy", "python-flint")
 """Packages whose code the numbers of a result come from."""
@@ -34,8 +33,8 @@ class Provenance(Described):
     lengths: Annotated[tuple[LengthRange, ...], ExactRanges()]
     """The lengths that were solved, exactly, as ``--lengths`` takes them: 7.1 or 7.099..7.101 (p/q where no
     decimal is exact). Empty where tensions were given."""
-    external_force: Annotated[Vector, ExactNumbers()]
-    """The external force, exactly."""
+    external_force: Annotated[Point, ExactScalars()]
+    """The external force, exactly, as ``--external-force`` takes it: 5 or 4..6."""
     robot: Annotated[Robot, RobotData()]
     """The robot that was solved, exactly: the text of its file; of a robot made or changed in memory an
     object with the keys of cdpr-robot/1, numbers as texts."""
@@ -47,7 +46,7 @@ class Provenance(Described):
         return f"{when} on {self.host}, {versions}, robot sha256 {self.robot.sha256}"
 
 
-def provenance(robot: Robot, lengths: Sequence[LengthRange], external_force: Vector) -> Provenance:
+def provenance(robot: Robot, lengths: Sequence[LengthRange], external_force: Point) -> Provenance:
     """Return the provenance of an answer that is ready now."""
     now = datetime.fromtimestamp(int(time.time()), UTC)
     return Provenance(now, host(), dict(versions()), tuple(lengths), external_force, robot)

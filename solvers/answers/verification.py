@@ -12,13 +12,13 @@ from fractions import Fraction
 from itertools import pairwise
 
 from cdpr_interval.exact.enclosure import Bounds
-from cdpr_interval.exact.range import Range
-from cdpr_interval.exact.vector import minus
-from cdpr_interval.mechanics.cables.law import law_of
-from cdpr_interval.robots.cable_robot import Robot, exact, exact_point
+from cdpr_interval.exact.range import Range, as_range, hull_of
+from cdpr_interval.mechanics.cables.law import end_laws
+from cdpr_interval.robots.cable_robot import Point, Robot
 from cdpr_interval.text.count import counted
 from solvers.answers.consistency import claims, contradictions
 from solvers.answers.data import CableState, Outcome, ResultData, Solution, StopReason
+from solvers.answers.fields import FloatOrRange
 from solvers.answers.order import solution_key
 
 NOUGHT = Range.exact(0)
@@ -166,29 +166,27 @@ def _mechanics(result: ResultData, solution: Solution, robot: Robot) -> Iterator
     rotation = [[_interval(solution.rotation[i, j]) for j in range(3)] for i in range(3)]
     origin = [_interval(x) for x in solution.position]
 
-    def in_base(vector: Sequence[Fraction]) -> list[Range]:
-        return [_dot(row, [Range.exact(x) for x in vector]) for row in rotation]
+    def in_base(vector: Sequence[Range]) -> list[Range]:
+        return [_dot(row, vector) for row in rotation]
 
-    inside = exact_point(robot.platform.centre_of_mass)
+    inside = _ranges(robot.platform.centre_of_mass)
     arm = in_base(inside)
     centre = [p + a for p, a in zip(origin, arm, strict=True)]
     yield from _height(solution, robot, centre)
-    mass = exact(robot.platform.mass)
-    force = [Fraction(component) for component in result.question.external_force]
-    load = [mass * g + f for g, f in zip(exact_point(robot.gravity), force, strict=True)]
-    # The recorded force is the nearest double: half a unit in its last place may be missing.
-    slop = [abs(f) / 2**52 for f in force]
-    wrench = [Range(f - s, f + s) for f, s in zip(load, slop, strict=True)] + [NOUGHT] * 3
+    mass = as_range(robot.platform.mass)
+    force = [_force(component) for component in result.question.external_force]
+    load = [mass * g + f for g, f in zip(_ranges(robot.gravity), force, strict=True)]
+    wrench = [*load, NOUGHT, NOUGHT, NOUGHT]
     for i, cable in enumerate(robot.cables):
-        r = in_base(minus(exact_point(cable.platform_anchor), inside))
-        exit_point = exact_point(cable.frame_anchor)
-        e = [Range.exact(a) - (p + x) for a, p, x in zip(exit_point, centre, r, strict=True)]
+        r = in_base([b - g for b, g in zip(_ranges(cable.platform_anchor), inside, strict=True)])
+        exit_point = _ranges(cable.frame_anchor)
+        e = [a - (p + x) for a, p, x in zip(exit_point, centre, r, strict=True)]
         distance, tension = _interval(solution.distances[i]), _interval(solution.tensions[i])
         if distance.lo < 0 or not sum((x.squared() for x in e), NOUGHT).meets(distance * distance):
             yield f"distances_m[{i}]: not the distance from the exit point"
             return
         length = _interval(result.lengths[i])
-        stretch = law_of(cable).stretch(length, tension, Range.exact)
+        stretch = hull_of(law.stretch(length, tension, Range.exact) for law in end_laws(cable))
         if solution.cable_states[i] is CableState.TAUT and not distance.meets(length + stretch):
             yield f"distances_m[{i}]: not the length of the taut cable"
         if tension.lo == tension.hi == 0:
@@ -206,12 +204,23 @@ def _mechanics(result: ResultData, solution: Solution, robot: Robot) -> Iterator
 
 def _height(solution: Solution, robot: Robot, centre: Sequence[Range]) -> Iterator[str]:
     # Up is opposite to gravity; h |g| = -g . centre is compared squared-free by clearing the norm.
-    gravity = exact_point(robot.gravity)
-    along = -_dot([Range.exact(g) for g in gravity], centre)
-    norm = Fraction(math.sqrt(sum(float(g) ** 2 for g in gravity)))
-    reach = norm / 2**48
-    if not along.meets(_interval(solution.height) * Range(norm - reach, norm + reach)):
+    gravity = _ranges(robot.gravity)
+    along = -_dot(gravity, centre)
+    square = sum((g.squared() for g in gravity), NOUGHT)
+    lo, hi = (Fraction(math.sqrt(end)) for end in square)
+    if not along.meets(_interval(solution.height) * Range(lo - lo / 2**48, hi + hi / 2**48)):
         yield "height_m: not the height of the centre of mass"
+
+
+def _ranges(point: Point) -> list[Range]:
+    return [as_range(x) for x in point]
+
+
+def _force(component: FloatOrRange) -> Range:
+    """Return a recorded force: the nearest double, of which half a unit in the last place may be missing."""
+    ends = component if isinstance(component, tuple) else (component, component)
+    lo, hi = map(Fraction, ends)
+    return Range(lo - abs(lo) / 2**52, hi + abs(hi) / 2**52)
 
 
 def _interval(bounds: Bounds) -> Range:

@@ -23,6 +23,7 @@ from solvers.batch.draws import Spread, text_of
 from solvers.batch.job import Job, Settings, canonical, problem_of, range_text
 from solvers.batch.length_table import read_table
 from solvers.classes import class_of
+from solvers.questions.checked import require_treated, uncertain_data
 from solvers.questions.errors import InputErrors
 from solvers.questions.lengths import read_lengths
 
@@ -244,6 +245,8 @@ def _expansion(
         return Listed(index, robot, asked, tuple(rows))
     if isinstance(block, job_schema.CsvBlock):
         return Listed(index, robot, asked, read_table(base / block.file, block.file, names))
+    # What follows draws around exact numbers, or asks `ik`, which takes no others.
+    require_treated(robot, uncertain_data(robot, asker="poses and perturbations"))
     if isinstance(block, job_schema.PosesBlock):
         return PoseGrid(index, robot, asked, _axes(block, robot), bool(block.settle))
     assert isinstance(block, job_schema.MonteCarloBlock)

@@ -16,6 +16,7 @@ from cdpr_interval.exact.range import LengthRange
 from cdpr_interval.exact.vector import Vector
 from cdpr_interval.robots.cable_robot import Cable, Elasticity, Robot
 from cdpr_interval.text.literal import read_number
+from solvers.questions.checked import require_certifiable
 from solvers.questions.problem import Method, Options, Problem
 
 Question = tuple[str, int, int, str]
@@ -108,7 +109,10 @@ def problem_of(
 
     options = settings.options()
     own, force = perturbed(robot, asked), asked.get("external_force_N")
-    return pose_problem(own, lengths, asked.get("taut"), force, options), options
+    problem = pose_problem(own, lengths, asked.get("taut"), force, options)
+    if settings.certificates:
+        require_certifiable(problem)
+    return problem, options
 
 
 def is_perturbed(asked: dict[str, Any]) -> bool:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 if TYPE_CHECKING:
-    from cdpr_interval.exact.vector import Vector
+    from cdpr_interval.robots.cable_robot import Point
     from solvers.questions.errors import InputErrors
 
 LABEL = "--external-force"
@@ -17,9 +17,12 @@ external_force_option = click.option(
 )
 
 
-def read_external_force(given: dict[str, Any], errors: InputErrors) -> Vector | None:
-    """Return the force of the command line, exactly; None where there is none or it is no force."""
-    from solvers.questions.force import read_force
+def read_external_force(given: dict[str, Any], errors: InputErrors, ranges: bool = False) -> Point | None:
+    """Return the force of the command line, exactly; None where there is none or it is no force.
+
+    A range is one only where ``ranges`` says so, else an error.
+    """
+    from solvers.questions.force import read_force, read_force_ranges
 
     text = given["external_force"]
-    return None if text is None else errors.read(read_force, text, LABEL)
+    return None if text is None else errors.read(read_force_ranges if ranges else read_force, text, LABEL)

@@ -148,7 +148,7 @@ def _of_tensions(source: str, given: dict[str, Any], target: JsonTarget | None) 
             errors.add(f"{_option_name(name)}: not together with --tensions")
     if target is not None:
         errors.read(target.require_writable)
-    force = read_external_force(given, errors)
+    force = read_external_force(given, errors, ranges=True)
     question = None
     if robot is not None:
         question = errors.read(tension_problem, robot, given["tensions"], given["taut"], force)
@@ -166,6 +166,7 @@ def _read(
 ) -> tuple[Problem, Options]:
     """Return the checked question, or raise with every error of the command line and the files."""
     from cdpr_interval.robots.formats.reader import load_robot
+    from solvers.questions.checked import require_certifiable
 
     errors = InputErrors()
     robot = errors.read(load_robot, source)
@@ -189,6 +190,8 @@ def _read(
             errors.add(f"--certificate: for at most {MOST_CABLES} cables")
     errors.require_none()
     assert problem is not None and options is not None
+    if certificate is not None:
+        require_certifiable(problem)
     return problem, options
 
 
@@ -221,7 +224,7 @@ def _problem(robot: Robot, given: dict[str, Any], options: Options | None) -> Pr
     from solvers.questions.problem_file import read_problem_file
 
     errors = InputErrors()
-    lengths, force = given["lengths"], read_external_force(given, errors)
+    lengths, force = given["lengths"], read_external_force(given, errors, ranges=True)
     if given["problem"] is not None:
         lengths, of_file = errors.read(read_problem_file, given["problem"], robot.cable_names) or (None, None)
         if of_file is not None and given["external_force"] is not None:

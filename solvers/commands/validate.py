@@ -115,6 +115,9 @@ def _summary(robot: Robot) -> list[str]:
     if robot.notes is not None:
         lines += [f"  notes: {line}" for line in robot.notes.splitlines()]
     lines += [f"  {_cable(cable)}" for cable in robot.cables]
+    if robot.uncertain:
+        count = len(robot.uncertain)
+        lines.append(f"  uncertain: {count} {'numbers are ranges' if count > 1 else 'number is a range'}")
     lines += [
         f"  uncertain: {scalar.path} in [{_number(scalar.lo)}, {_number(scalar.hi)}]"
         for scalar in robot.uncertain

@@ -169,7 +169,7 @@ def answer_pose(
     NotSupportedError
         For a robot with uncertain scalars.
     """
-    require_treated(robot, uncertain_data(robot))
+    require_treated(robot, uncertain_data(robot, asker="ik"))
     errors = InputErrors()
     subset = None if taut is None else errors.read(read_subset, taut, robot.cable_names, label("taut"))
     force = ZERO if external_force is None else errors.read(read_force, external_force)

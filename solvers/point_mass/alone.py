@@ -26,8 +26,8 @@ from solvers.point_mass.entry import IDENTITY, Fields, fields_of, hull, solution
 from solvers.point_mass.fields import OPEN, SLACK, TAUT
 from solvers.point_mass.lowest import lowest_of_subset
 from solvers.point_mass.one_call import anywhere, middles, tension_bounds
+from solvers.point_mass.rationals.surd import ExactPose, corners, exact_pose, is_pose_of
 from solvers.point_mass.scope import most_taut
-from solvers.point_mass.surd import ExactPose, corners, exact_pose, is_pose_of
 from solvers.point_mass.switching import dependent
 from solvers.point_mass.system import krawczyk
 from solvers.questions.problem import Options, Problem, Progress

@@ -12,9 +12,9 @@ import numpy as np
 from solvers.answers.data import Answer, Outcome, SubsetReport, Undecided
 from solvers.point_mass.arrays import RobotArrays
 from solvers.point_mass.convex import NoPose, Unproved
-from solvers.point_mass.emptiness import short_message, shortfall
 from solvers.point_mass.entry import IDENTITY, Fields, solution, with_states
 from solvers.point_mass.fields import OPEN, SWITCHING
+from solvers.point_mass.rationals.emptiness import short_message, shortfall
 from solvers.point_mass.scope import most_taut
 from solvers.questions.problem import Problem
 
@@ -94,7 +94,7 @@ def answer_without_pose(problem: Problem, arrays: RobotArrays, finding: NoPose |
     count = len(problem.robot.cables)
     if isinstance(finding, NoPose):
         message = finding.reason(problem.robot.cable_names)
-        if not (finding.touching or finding.gap):
+        if problem.is_exact and not (finding.touching or finding.gap):
             message += short_message(shortfall(arrays.exits, [hi for _, hi in problem.lengths]))
         return Answer((), subsets=_claims(problem, arrays, (), (), False, True), message=message)
     asked = tuple(range(count)) if problem.taut is None else problem.taut

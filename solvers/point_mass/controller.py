@@ -167,7 +167,7 @@ class PointMass:
     def __init__(self, robot: Robot | str | os.PathLike[str]) -> None:
         robot = require_robot(robot)
         # First: with a range in an anchor it is not known to be a point mass.
-        require_treated(robot, uncertain_data(robot))
+        require_treated(robot, uncertain_data(robot, asker="PointMass"))
         if not scope.accepts(robot):
             raise InputError(f"robot '{robot.name}': must be a point mass, this is a platform")
         require_treated(robot, scope.refuses(robot))

@@ -47,7 +47,7 @@ class NoPose:
 
     def reason(self, names: Sequence[str]) -> str:
         """Return the sentence that says so."""
-        from solvers.point_mass.emptiness import apart_message, touching_message
+        from solvers.point_mass.rationals.emptiness import apart_message, touching_message
 
         if self.touching:
             return touching_message(names, self.weights)
@@ -178,7 +178,7 @@ def _without_inner_point(
 
 def empty_weights(arrays: RobotArrays, cables: Cables, lengths: Bounds) -> dict[int, float] | None:
     """Return weights that prove, exactly, that no point is within reach of all cables; None without proof."""
-    from solvers.point_mass.emptiness import deepest_point, proves_empty
+    from solvers.point_mass.rationals.emptiness import deepest_point, proves_empty
 
     A, _, _, _ = middles(cables, arrays.load)
     weights, _ = deepest_point(A, np.ascontiguousarray(cables[2][:, 1]))

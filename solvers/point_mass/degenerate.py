@@ -21,16 +21,16 @@ from cdpr_interval.exact.enclosure import Bounds
 from solvers.point_mass.arrays import Cables, RobotArrays, is_range
 from solvers.point_mass.candidates import candidates
 from solvers.point_mass.duality import duality_box, feasible_near, inside_all, largest_tension
-from solvers.point_mass.emptiness import deepest_point
 from solvers.point_mass.fields import OPEN, SLACK, TAUT, distance
 from solvers.point_mass.one_call import guess_inextensible, middles
-from solvers.point_mass.surd import corners
+from solvers.point_mass.rationals.emptiness import deepest_point
+from solvers.point_mass.rationals.surd import corners
 from solvers.point_mass.switching import dependent, just_switching, tensions_unique
 
 NOT_UNIQUE = "cables {{{}}} tight, tensions not unique"
 MAY_DIFFER = "cables {{{}}} tight up to rounding, tensions may not be unique"
-CHANGES = "which of the cables {{{}}} are taut changes over the length ranges"
-CHANGING = "which of the cables {{{}}} are taut changes over the length ranges or is not decided"
+CHANGES = "which of the cables {{{}}} are taut changes over the ranges"
+CHANGING = "which of the cables {{{}}} are taut changes over the ranges or is not decided"
 TOUCHING = (
     "no point is proved to lie strictly within all cables' lengths: "
     "the pose may be missing or its tensions unbounded"
@@ -74,7 +74,7 @@ def settle_balls(
     _, deep = deepest_point(A, shortest)
     if not inside_all(cables, deep):
         return TOUCHING
-    outer = _outer_box(cables, load, A, L, f, deep)
+    outer = outer_box(cables, load, A, L, f, deep)
     if outer is None:
         return "the numbers are too large or too small to bound the pose"
     count = len(L)
@@ -111,7 +111,7 @@ def _independent_subsets(arrays: RobotArrays, near: tuple[int, ...]) -> NDArray[
     return np.array(rows, dtype=np.int64).reshape(-1, 4)
 
 
-def _outer_box(cables: Cables, load: Bounds, A: Bounds, L: Bounds, f: Bounds, deep: Bounds) -> Bounds | None:
+def outer_box(cables: Cables, load: Bounds, A: Bounds, L: Bounds, f: Bounds, deep: Bounds) -> Bounds | None:
     """Bound the pose by the duality gap between a guess and a feasible point."""
     count = len(L)
     taut = np.zeros(max(count, 4), dtype=np.int64)

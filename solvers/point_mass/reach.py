@@ -11,7 +11,7 @@ import numpy as np
 
 from cdpr_interval.exact.enclosure import Bounds
 from solvers.point_mass.arrays import RobotArrays
-from solvers.point_mass.emptiness import deepest_point
+from solvers.point_mass.rationals.emptiness import deepest_point
 
 SHAVINGS = 20
 """Times that all balls cut the box."""
@@ -19,15 +19,18 @@ MARGIN = 1e-12
 """By which every bound is moved outwards, relative to the robot's size: rounding is some 1e-15."""
 
 
-def reachable(arrays: RobotArrays, lengths: Bounds) -> Bounds:
-    """Return a box (3, 2) in m around the platform origins that all cables reach and where a pose may be."""
+def reachable(arrays: RobotArrays, lengths: Bounds, in_plane: bool = True) -> Bounds:
+    """Return a box (3, 2) in m around the platform origins that all cables reach and where a pose may be.
+
+    ``in_plane``: exit points in a plane are there exactly, and so is the load.
+    """
     unit = arrays.frame[0, 0]
     exits, longest = arrays.exit_bounds.mean(axis=-1), lengths[:, 1] / unit
     margin = MARGIN * float(np.abs(exits).max() + longest.max())
     with np.errstate(all="ignore"):
         box = _within_radii(exits, longest, margin)
         for j in range(3):
-            if arrays.load_exact[j] == 0 and not arrays.exit_bounds[:, j].any():
+            if in_plane and arrays.load_exact[j] == 0 and not arrays.exit_bounds[:, j].any():
                 # The exit points are measured from the first one: all are in the plane through it.
                 box[:, j] = -margin, margin
         for _ in range(SHAVINGS):

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from cdpr_interval.robots.cable_robot import POINT_MASS, Robot
+from cdpr_interval.mechanics.loaded import NO_FORCE
+from cdpr_interval.robots.cable_robot import POINT_MASS, Point, Robot
 from solvers.questions.arguments import Label
-from solvers.questions.checked import mixed_cables, uncertain_data
+from solvers.questions.checked import mixed_cables
 from solvers.questions.problem import Options
 
 
@@ -15,9 +16,9 @@ def accepts(robot: Robot) -> bool:
     return robot.model == POINT_MASS
 
 
-def refuses(robot: Robot) -> str | None:
-    """Return why this version cannot treat a point mass; None where it can."""
-    return uncertain_data(robot) or mixed_cables(robot)
+def refuses(robot: Robot, force: Point = NO_FORCE) -> str | None:
+    """Return why this version cannot treat a point mass under a force (N); None where it can."""
+    return mixed_cables(robot)
 
 
 def most_taut(robot: Robot) -> int:

@@ -1,7 +1,7 @@
 """Balls that only touch, decided exactly: their one common point, and the tensions that hold the load there.
 
 The point q with the smallest largest power max_i (|q - A_i|^2 - l_i^2) is q = sum lambda_i A_i with weights
-lambda >= 0 of at most four balls of equal power v (see `solvers.point_mass.emptiness`): all of them rational
+lambda >= 0 of at most four balls of equal power v (see `rationals.emptiness`): all of them rational
 where exit points and lengths are. Every common point p of all balls has |p - q|^2 <= -v. So v > 0 proves that
 there is none; with v = 0 it is q alone, the weighted cables are exactly tight and pull against each other;
 with v < 0 there is a point strictly inside all balls, and the pose is not farther than sqrt(-v) from it.
@@ -21,10 +21,10 @@ from cdpr_interval.exact.enclosure import enclose
 from cdpr_interval.exact.vector import Vector, dot
 from cdpr_interval.exact.vector import minus as difference
 from solvers.point_mass.arrays import Cables, RobotArrays
-from solvers.point_mass.emptiness import Floats, deepest_point
 from solvers.point_mass.entry import Fields, fields_of
 from solvers.point_mass.fields import OPEN, SLACK, TAUT
-from solvers.point_mass.tension_polytope import MOST_TIGHT, Tensions, solved, tensions_at
+from solvers.point_mass.rationals.emptiness import Floats, deepest_point
+from solvers.point_mass.rationals.tension_polytope import MOST_TIGHT, Tensions, solved, tensions_at
 
 NEAR = 1e-7
 """Relative to its squared length, how far a ball's power may be from the largest one for it to be tried."""

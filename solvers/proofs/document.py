@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from cdpr_interval.engine.budget import Budget
 from cdpr_interval.exact.decimals import exact_text
+from cdpr_interval.robots.cable_robot import exact_point
 from certificates.problem import FORMAT
 from solvers.answers.result import Result
 from solvers.answers.tool import this_tool
@@ -56,7 +57,7 @@ def certificate_document(
         "claim": f"{robot.name}: {result.message}",
         "robot": robot_document(robot),
         "lengths_m": [[exact_text(lo), exact_text(hi)] for lo, hi in problem.lengths],
-        "external_force_N": vector(problem.external_force),
+        "external_force_N": vector(exact_point(problem.external_force)),
         "question": {
             "taut": None if problem.taut is None else list(problem.taut),
             "ignore_slack": options.ignore_slack,

@@ -28,8 +28,8 @@ from solvers.answers.data import CableState, Solution
 from solvers.point_mass import scope as point_mass
 from solvers.point_mass.arrays import RobotArrays, robot_arrays
 from solvers.point_mass.convex import NoPose, Unproved, find_pose, part_of
-from solvers.point_mass.emptiness import deepest_point
 from solvers.point_mass.entry import Fields
+from solvers.point_mass.rationals.emptiness import deepest_point
 from solvers.proofs.listed import WIDENED, certificate_question, fraction, listed_solution, wider
 from solvers.questions.problem import Options, Problem
 

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from cdpr_interval.errors import InputError, NotSupportedError
-from cdpr_interval.robots.cable_robot import Robot
+from cdpr_interval.exact.range import Range
+from cdpr_interval.mechanics.loaded import NO_FORCE
+from cdpr_interval.robots.cable_robot import Point, Robot, is_exact_point
 from solvers.questions.arguments import (
     Label,
     check_called,
@@ -11,7 +13,7 @@ from solvers.questions.arguments import (
     check_positive,
 )
 from solvers.questions.errors import InputErrors
-from solvers.questions.problem import Method, Options
+from solvers.questions.problem import Method, Options, Problem
 
 
 def check_budgets(options: Options, errors: InputErrors, label: Label) -> None:
@@ -33,12 +35,33 @@ def read_method(name: str, label: str = "method") -> Method:
         raise InputError(f"{label}: must be one of {', '.join(Method)}, got {name!r}") from None
 
 
-def uncertain_data(robot: Robot) -> str | None:
-    """Return why a robot with a range in its data is refused where numbers alone are treated, or None."""
-    if not robot.uncertain:
+def uncertain_data(robot: Robot, force: Point = NO_FORCE, asker: str = "") -> str | None:
+    """Return why ranges in the data of a robot or of the force on it are refused; None where there are none.
+
+    Parameters
+    ----------
+    robot : Robot
+    force : Point
+        External force, N.
+    asker : str
+        What takes exact numbers only, as users know it (``ik``).
+    """
+    if robot.is_exact and is_exact_point(force):
         return None
-    places = ", ".join(scalar.path for scalar in robot.uncertain)
-    return f"uncertain scalars are not supported yet: {places}"
+    places = [scalar.path for scalar in robot.uncertain]
+    places += [f"external_force_N[{k}]" for k, x in enumerate(force) if isinstance(x, Range)]
+    by = f" by {asker}" if asker else ""
+    return f"uncertain scalars are not supported{by} yet: {', '.join(places)}"
+
+
+def require_certifiable(problem: Problem) -> None:
+    """Raise `NotSupportedError` for a question whose certificate no checker of today could read.
+
+    It takes ranges of lengths, and of nothing else.
+    """
+    require_treated(
+        problem.robot, uncertain_data(problem.robot, problem.external_force, asker="certificates")
+    )
 
 
 def mixed_cables(robot: Robot) -> str | None:

@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Mapping, Sequence, Set
-from fractions import Fraction
 from typing import Any
 
 from cdpr_interval.errors import InputError
@@ -19,14 +18,10 @@ from cdpr_interval.exact.range import LengthRange
 from cdpr_interval.files.document import suggestion
 from cdpr_interval.text.count import counted
 from cdpr_interval.text.literal import quote
-from cdpr_interval.text.number import exact_number
-from solvers.questions.units import METRES, Units, read_quantity, split_unit, without_brackets
-
-TOLERANCES = ("+/-", "+-", "±")
-"""Marks between a length and its tolerance."""
+from solvers.questions.ranges import read_range, show
+from solvers.questions.units import COMMA_OUTSIDE_BRACKETS, METRES, Units, without_brackets
 
 _NAMED = re.compile(r"([A-Za-z_][A-Za-z0-9_.-]*)\s*=(.*)", re.DOTALL)
-_COMMA_OUTSIDE_BRACKETS = re.compile(r",(?![^\[\]]*\])")
 
 
 def read_lengths(
@@ -78,7 +73,7 @@ def split_entries(given: Any, names: Sequence[str], label: str, errors: list[str
     if isinstance(given, str):
         # Of one cable, brackets are those of a range.
         text = without_brackets(given) if len(names) > 1 else given
-        parts = [part.strip() for part in _COMMA_OUTSIDE_BRACKETS.split(text)]
+        parts = [part.strip() for part in COMMA_OUTSIDE_BRACKETS.split(text)]
         pairs = [_NAMED.fullmatch(part) for part in parts]
         if not any(pairs):
             return _listed(parts, names, label, errors)
@@ -138,59 +133,8 @@ def read_length(value: Any, units: Units = METRES) -> LengthRange:
     ValueError
         With the rule and the actual value.
     """
-    if isinstance(value, str):
-        lo, hi = _read_text(value.strip(), units)
-    elif (ends := _pair(value)) is not None:
-        lo, hi = exact_number(ends[0]), exact_number(ends[1])
-    else:
-        lo = hi = exact_number(value)
-    if lo > hi:
-        raise ValueError(f"the lower bound {_show(lo)} is above the upper bound {_show(hi)}")
+    lo, hi = read_range(value, units)
     if lo <= 0:
         part = "" if lo == hi else " over its whole range"
-        raise ValueError(f"must be positive{part}, got {_show(lo)}")
+        raise ValueError(f"must be positive{part}, got {show(lo)}")
     return lo, hi
-
-
-def _read_text(text: str, units: Units) -> LengthRange:
-    if text.startswith("[") and text.endswith("]"):
-        ends = text[1:-1].split(",")
-        if len(ends) != 2:
-            raise ValueError(f"{quote(text)} is not a range [lo,hi]")
-        return _both(text, ends[0], ends[1], units)
-    for mark in TOLERANCES:
-        if mark in text:
-            centre, _, tolerance = text.partition(mark)
-            middle, radius = _both(text, centre, tolerance, units)
-            if radius < 0:
-                raise ValueError(f"the tolerance of {quote(text)} is negative")
-            return middle - radius, middle + radius
-    if ".." in text:
-        lower, _, upper = text.partition("..")
-        return _both(text, lower, upper, units)
-    value = read_quantity(text, units)
-    return value, value
-
-
-def _both(text: str, one: str, other: str, units: Units) -> LengthRange:
-    """Return two lengths of one text: a unit that only one of them has could be meant for both."""
-    one, other = one.strip(), other.strip()
-    values = read_quantity(one, units), read_quantity(other, units)
-    if (split_unit(one)[1] is None) != (split_unit(other)[1] is None):
-        raise ValueError(f"in {quote(text)} one number has a unit: give both one, or none")
-    return values
-
-
-def _pair(value: Any) -> Sequence[Any] | None:
-    """Return the two ends when the value is a list, tuple or array; None for a single number."""
-    if isinstance(value, Mapping) or not hasattr(value, "__len__"):
-        return None
-    if len(value) != 2:
-        raise ValueError(f"must be a number or a pair (lo, hi), got {value!r}")
-    ends: Sequence[Any] = value
-    return ends
-
-
-def _show(value: Fraction) -> str:
-    """Return a short decimal for messages."""
-    return repr(int(value)) if value.denominator == 1 and abs(value) < 10**15 else repr(float(value))

@@ -12,7 +12,7 @@ from cdpr_interval.engine.budget import Budget
 from cdpr_interval.exact.range import LengthRange
 from cdpr_interval.exact.vector import Vector
 from cdpr_interval.mechanics.loaded import NO_FORCE, LoadedRobot, loaded
-from cdpr_interval.robots.cable_robot import Robot
+from cdpr_interval.robots.cable_robot import Point, Robot
 
 
 class Method(StrEnum):
@@ -93,8 +93,8 @@ class Problem:
 
     robot: Robot
     lengths: tuple[LengthRange, ...]
-    external_force: Vector = NO_FORCE
-    """Constant force at the centre of mass, base axes, N; added to the weight."""
+    external_force: Point = NO_FORCE
+    """Constant force at the centre of mass, base axes, N; added to the weight. Entries may be ranges."""
     taut: tuple[int, ...] | None = None
     """One subset of cable indices (ascending) instead of all subsets."""
 
@@ -105,5 +105,10 @@ class Problem:
 
     @property
     def load(self) -> Vector:
-        """The force f = m g + F on the platform, N, base axes."""
+        """The force f = m g + F on the platform, N, base axes; exact numbers, or `NotSupportedError`."""
         return self.loaded.load
+
+    @property
+    def is_exact(self) -> bool:
+        """True when robot and force are exact numbers; lengths may be ranges."""
+        return self.loaded.is_exact

@@ -6,10 +6,10 @@ import os
 from collections.abc import Sequence
 
 from cdpr_interval.exact.range import LengthRange
-from cdpr_interval.exact.vector import Vector
 from cdpr_interval.files.document import Document, child, read_document
 from cdpr_interval.files.fields import is_free
 from cdpr_interval.files.validation import Models
+from cdpr_interval.robots.cable_robot import Point
 from cdpr_interval.text.count import counted
 from cdpr_interval.text.literal import quote
 from solvers.questions.lengths import match_names
@@ -20,7 +20,7 @@ MODELS = Models(ProblemBlock, {"": ProblemBlock}, TAGS)
 
 def read_problem_file(
     path: str | os.PathLike[str], names: Sequence[str]
-) -> tuple[tuple[LengthRange, ...], Vector | None]:
+) -> tuple[tuple[LengthRange, ...], Point | None]:
     """Read a problem file for a robot with the given cables.
 
     Parameters
@@ -34,7 +34,7 @@ def read_problem_file(
     -------
     lengths : tuple of (Fraction, Fraction)
         Exact (lo, hi) in m, file order.
-    external_force : tuple of Fraction or None
+    external_force : tuple of Fraction or Range, or None
         N, base axes; None when the file gives none.
 
     Raises

@@ -7,27 +7,36 @@ from typing import Annotated, Any
 
 from pydantic import Discriminator, PlainValidator, Tag, WithJsonSchema
 
+from cdpr_interval.exact.range import Range
 from cdpr_interval.files.document import Node
-from cdpr_interval.files.fields import Block, kind
+from cdpr_interval.files.fields import Block, kind, list_of
+from cdpr_interval.robots.cable_robot import Scalar
 from cdpr_interval.text.literal import quote
 from solvers.questions.lengths import read_length
+from solvers.questions.ranges import around, read_range
+from solvers.questions.units import NEWTONS
 
 PROBLEM_FORMAT = "cdpr-problem/1"
 TAGS = ("<list>", "<mapping>")
 NUMBER = {"type": "number"}
+RANGES = [
+    NUMBER,
+    {"type": "string"},
+    {"type": "array", "items": NUMBER, "minItems": 2, "maxItems": 2},
+    {
+        "type": "object",
+        "properties": {"value": NUMBER, "tolerance": {"type": "number", "minimum": 0}},
+        "required": ["value", "tolerance"],
+        "additionalProperties": False,
+    },
+]
 LENGTH = {
     "description": "2.69, '2.69+-0.01', '2.68..2.70', [2.68, 2.70], or value and tolerance, in m",
-    "anyOf": [
-        NUMBER,
-        {"type": "string"},
-        {"type": "array", "items": NUMBER, "minItems": 2, "maxItems": 2},
-        {
-            "type": "object",
-            "properties": {"value": NUMBER, "tolerance": {"type": "number", "minimum": 0}},
-            "required": ["value", "tolerance"],
-            "additionalProperties": False,
-        },
-    ],
+    "anyOf": RANGES,
+}
+COMPONENT = {
+    "description": "5, '5+-0.1', '4..6', [4, 6], or value and tolerance, in N",
+    "anyOf": RANGES,
 }
 
 
@@ -39,16 +48,21 @@ def _format(value: object) -> str:
 
 def length(value: object) -> Any:
     """Return the exact range of one length."""
+    given = _plain(value)
+    if given is None:
+        raise ValueError(f"must be a length such as 2.69, 2.69+-0.01 or [2.68, 2.70], got {kind(value)}")
+    return read_length(given)
+
+
+def _plain(value: object) -> Any:
+    """Return a number, a text or two bounds, as readers of ranges take them; None for anything else."""
     if isinstance(value, Node) and isinstance(value.value, Fraction | str):
-        return read_length(value.value)
+        return value.value
     if isinstance(value, list) and len(value) == 2:
-        return read_length(tuple(_number(entry) for entry in value))
+        return tuple(_number(entry) for entry in value)
     if isinstance(value, dict) and set(value) == {"value", "tolerance"}:
-        middle, tolerance = _number(value["value"]), _number(value["tolerance"])
-        if tolerance < 0:
-            raise ValueError("the tolerance is negative")
-        return read_length((middle - tolerance, middle + tolerance))
-    raise ValueError(f"must be a length such as 2.69, 2.69+-0.01 or [2.68, 2.70], got {kind(value)}")
+        return around(_number(value["value"]), _number(value["tolerance"]))
+    return None
 
 
 def _number(value: object) -> Fraction:
@@ -61,18 +75,18 @@ def _spelling(value: object) -> str:
     return TAGS[isinstance(value, dict)]
 
 
-def _force(value: object) -> Any:
-    if not (isinstance(value, list) and len(value) == 3):
-        raise ValueError(f"must be a list of 3 numbers, got {kind(value)}")
-    return tuple(_number(entry) for entry in value)
+def component(value: object) -> Scalar:
+    """Return one entry of a force: a number or a range."""
+    given = _plain(value)
+    if given is None:
+        raise ValueError(f"must be a number or a range such as [4, 6], got {kind(value)}")
+    lo, hi = read_range(given, NEWTONS)
+    return lo if lo == hi else Range(lo, hi)
 
 
 Length = Annotated[Any, PlainValidator(length), WithJsonSchema(LENGTH)]
-Force = Annotated[
-    Any,
-    PlainValidator(_force),
-    WithJsonSchema({"type": "array", "items": NUMBER, "minItems": 3, "maxItems": 3}),
-]
+Component = Annotated[Any, PlainValidator(component), WithJsonSchema(COMPONENT)]
+Force = Annotated[tuple[Component, Component, Component], list_of(3, "3 numbers")]
 
 
 class ProblemBlock(Block):

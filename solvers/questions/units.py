@@ -34,35 +34,32 @@ KINDS = {
 
 _COMMA_ALONE = re.compile(r"[0-9],[0-9]")
 _SPACE_ALONE = re.compile(r"[0-9.A-Za-z\u00b0]\s+[-+]?[0-9.]")
+COMMA_OUTSIDE_BRACKETS = re.compile(r",(?![^\[\]]*\])")
+_IN_BRACKETS = re.compile(r"\[[^\]]*\]")
+_AROUND_RANGES = re.compile(r"\s*(\+/-|\+-|±|\.\.)\s*")
 _WITH_UNIT = re.compile(rf"(.*?[0-9.])\s*({'|'.join(KINDS)})", re.DOTALL)
+_BEFORE_UNIT = re.compile(rf"(?<=[0-9.])\s+(?=({'|'.join(KINDS)})(?![A-Za-z]))")
 
 
 def entries_of(text: str, label: str) -> list[str]:
     """Return the entries of a list typed with commas, with spaces, or with both.
 
-    A unit may stand apart from its number (``5 deg``): it belongs to the entry before it. The list may stand
-    in brackets.
+    A unit may stand apart from its number (``5 deg``): it belongs to the entry before it. So may the ends of
+    a range (``1 .. 2``, ``1 +- 0.1``), which is one entry. The list may stand in brackets.
 
     Raises
     ------
     InputError
         Some entries are parted by spaces alone, others by commas alone: ``0,5 0,2 1`` means decimals.
     """
-    entries: list[str] = []
-    text = without_brackets(text)
-    if _COMMA_ALONE.search(text) and _SPACE_ALONE.search(text):
+    text = _BEFORE_UNIT.sub("", without_brackets(text))
+    text = _AROUND_RANGES.sub(r"\1", _IN_BRACKETS.sub(lambda found: "".join(found[0].split()), text))
+    outside = _IN_BRACKETS.sub("", text)
+    if _COMMA_ALONE.search(outside) and _SPACE_ALONE.search(outside):
         raise InputError(
             f"{label}: decimals have a point, entries stand between commas or spaces, not {quote(text)}"
         )
-    for part in text.split(","):
-        words = part.split() or [""]
-        first = len(entries)
-        for word in words:
-            if word in KINDS and len(entries) > first:
-                entries[-1] += word
-            else:
-                entries.append(word)
-    return entries
+    return [word for part in COMMA_OUTSIDE_BRACKETS.split(text) for word in part.split() or [""]]
 
 
 def without_brackets(text: str) -> str:

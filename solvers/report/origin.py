@@ -25,7 +25,8 @@ def asked_of(result: Result) -> list[Row]:
     taut = "all" if question.taut is None else ",".join(result.cables[i] for i in question.taut) + " only"
     rows.append(("taut cables asked for", taut))
     if any(question.external_force):
-        rows.append(("external force, N", ", ".join(map(repr, question.external_force))))
+        force = (x if isinstance(x, tuple) else (x, x) for x in question.external_force)
+        rows.append(("external force, N", ", ".join(_pair(lo, hi) for lo, hi in force)))
     for name, is_set in (
         ("--ignore-slack", question.ignore_slack), ("--ignore-tension-sign", question.ignore_tension_sign)
     ):  # fmt: skip

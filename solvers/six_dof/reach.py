@@ -10,7 +10,7 @@ from cdpr_interval.exact import balls
 from cdpr_interval.exact.decimals import rounded_down
 from cdpr_interval.exact.vector import minus
 from cdpr_interval.text.count import counted
-from solvers.point_mass.emptiness import short_message, shortfall
+from solvers.point_mass.rationals.emptiness import short_message, shortfall
 from solvers.questions.problem import Problem
 
 MOST_PAIRS = 5

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from cdpr_interval.robots.cable_robot import SIX_DOF, Robot
+from cdpr_interval.mechanics.loaded import NO_FORCE
+from cdpr_interval.robots.cable_robot import SIX_DOF, Point, Robot
 from cdpr_interval.text.count import counted
 from solvers.questions.arguments import Label
 from solvers.questions.checked import mixed_cables, uncertain_data
@@ -19,10 +20,10 @@ def accepts(robot: Robot) -> bool:
     return robot.model == SIX_DOF
 
 
-def refuses(robot: Robot) -> str | None:
-    """Return why this version cannot treat a platform; None where it can."""
+def refuses(robot: Robot, force: Point = NO_FORCE) -> str | None:
+    """Return why this version cannot treat a platform under a force (N); None where it can."""
     stretching = "elastic cables of a platform are not supported yet" if robot.is_elastic else None
-    return uncertain_data(robot) or mixed_cables(robot) or stretching
+    return uncertain_data(robot, force) or mixed_cables(robot) or stretching
 
 
 def complaints(robot: Robot, taut: tuple[int, ...] | None, options: Options, label: Label) -> Iterator[str]:

@@ -132,7 +132,7 @@ class Tracker:
         least_radius: float | None = None,
     ) -> None:
         robot = require_robot(robot)
-        require_treated(robot, uncertain_data(robot))
+        require_treated(robot, uncertain_data(robot, asker="Tracker"))
         if not scope.accepts(robot):
             raise InputError(f"robot '{robot.name}': is a point mass; use PointMass, it needs no start")
         require_treated(robot, scope.refuses(robot))

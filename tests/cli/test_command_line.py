@@ -413,10 +413,14 @@ def test_validate_shows_ranges_as_ranges(tmp_path):
         "  gravity (0, 0, -9.81) m/s2\n"
         "  c1: from (0, 0, 0) m to (0, 0, 0) m\n"
         "  c2: from (4, [0, 0.25], 0) m to (0, 0, 0) m\n"
+        "  uncertain: 2 numbers are ranges\n"
         "  uncertain: platform.mass_kg in [9.5, 10.5]\n"
         "  uncertain: cables[1].frame_anchor_m[1] in [0, 0.25]\n",
     )
-    (warning,) = lines(result)
+    assert lines(result) == []
+    platform = tmp_path / "platform.yaml"
+    platform.write_text(vague.read_text().replace("[0, 0, 0]", "[0, 0, 1]", 2), encoding="utf-8")
+    (warning,) = lines(run("validate", platform))
     assert warning.startswith(
         "warning: this version cannot solve it: uncertain scalars are not supported yet"
     )

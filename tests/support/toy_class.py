@@ -64,7 +64,7 @@ class PlumbClass:
         """Return True for a plumb bob."""
         return isinstance(robot, Plumb)
 
-    def refuses(self, robot: Plumb) -> str | None:
+    def refuses(self, robot: Plumb, force: Any = None) -> str | None:
         """Return why an elastic one is not treated."""
         return "a stretching rope is not supported" if robot.is_elastic else None
 

@@ -10,6 +10,7 @@ which makes an exact rational one of the kind in hand. Compiled kernels have the
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from fractions import Fraction
 from typing import Any, NamedTuple, Protocol
 
@@ -62,6 +63,17 @@ ROUTES: tuple[Callable[[Cable], Route | None], ...] = (FixedExit.of,)
 def law_of(cable: Cable) -> Law:
     """Return the law of a cable of a robot."""
     return next(law for law in (of(cable) for of in LAWS) if law is not None)
+
+
+def end_laws(cable: Cable) -> tuple[Law, ...]:
+    """Return the laws at both ends of a range of stiffness, file order; one law where it is exact.
+
+    Stretch, unstretched length and spring constant are monotone in the stiffness: those of every choice lie
+    between those of the ends.
+    """
+    if cable.elasticity is None:
+        return (law_of(cable),)
+    return tuple(law_of(replace(cable, elasticity=end)) for end in cable.elasticity.ends())
 
 
 def model_of(cable: Cable) -> CableModel:

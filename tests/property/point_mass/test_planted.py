@@ -19,7 +19,7 @@ from cdpr_interval.mechanics.loaded import loaded
 from cdpr_interval.robots.cable_robot import Cable, Elasticity, Platform, Robot
 from solvers.answers.data import Answer, CableState, Outcome, StopReason
 from solvers.point_mass.forward import solve
-from solvers.point_mass.surd import ExactPose, exact_pose
+from solvers.point_mass.rationals.surd import ExactPose, exact_pose
 from solvers.questions.problem import Method, Options, Problem
 
 SCRIPT = Path(__file__).parents[3] / "scripts" / "planted_point_mass.py"

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cdpr_interval.robots.cable_robot import Cable, Platform, Robot
-from solvers.point_mass.emptiness import deepest_point, proves_empty, shortfall
+from solvers.point_mass.rationals.emptiness import deepest_point, proves_empty, shortfall
 from solvers.questions.problem import Problem
 from solvers.six_dof.reach import all_too_short, reach_message, too_short
 

@@ -20,8 +20,8 @@ from solvers.point_mass.arrays import robot_arrays
 from solvers.point_mass.controller import PoseStatus
 from solvers.point_mass.convex import find_pose
 from solvers.point_mass.entry import Fields
+from solvers.point_mass.rationals.tension_polytope import tensions_at
 from solvers.point_mass.reach import reachable
-from solvers.point_mass.tension_polytope import tensions_at
 from solvers.questions.problem import Problem
 
 METHODS = ["convex", "search"]

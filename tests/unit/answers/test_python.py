@@ -183,7 +183,7 @@ def test_a_robot_that_was_changed_in_the_file_is_found():
         ("robot", {"name": "r"}, "must be a robot (robot: "),
         ("lengths_m", ["1/0"], "must be a list of numbers or ranges as texts"),
         ("lengths_m", [1.0], "must be a list of numbers or ranges as texts"),
-        ("external_force_N", ["x", "0", "0"], "must be a list of numbers as texts"),
+        ("external_force_N", ["x", "0", "0"], "must be a list of numbers or ranges as texts"),
         ("host", 3, "must be a text"),
     ],
 )

@@ -64,7 +64,7 @@ def test_a_class_of_robots(bob) -> None:
 
 def test_a_class_says_what_it_refuses(bob, monkeypatch) -> None:
     robot = load_robot(bob)
-    monkeypatch.setattr(toy_class.PlumbClass, "refuses", lambda self, robot: "it is too windy")
+    monkeypatch.setattr(toy_class.PlumbClass, "refuses", lambda self, robot, force=None: "it is too windy")
     with pytest.raises(NotSupportedError, match="robot 'bob': it is too windy"):
         forward_kinematics(robot, ["2"])
 

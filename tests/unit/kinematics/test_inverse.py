@@ -296,5 +296,5 @@ def test_a_point_mass_has_no_orientation():
 def test_uncertain_robots_are_refused():
     robot = load_robot("uc3")
     robot = replace(robot, platform=replace(robot.platform, mass=Range(F(1), F(2))))
-    with pytest.raises(NotSupportedError, match="not supported yet"):
+    with pytest.raises(NotSupportedError, match="not supported by ik yet"):
         inverse_kinematics(robot, (1, 2, -3))

@@ -5,6 +5,7 @@ from fractions import Fraction as F
 import pytest
 
 from cdpr_interval import InputError
+from cdpr_interval.exact.range import Range
 from solvers.questions.problem_file import read_problem_file
 
 NAMES = ("c1", "c2")
@@ -31,6 +32,13 @@ def test_spellings(tmp_path, lengths):
     ranges, force = read(tmp_path, text)
     assert ranges == ((F(3, 2), F(3, 2)), (F(268, 100), F(27, 10)))
     assert force == (F(0), F(1, 10), F(-3))
+
+
+def test_a_force_may_have_ranges(tmp_path):
+    entries = "[[1, 2], {value: 1, tolerance: 0.5}, 3+-1]"
+    force = read(tmp_path, f"format: cdpr-problem/1\nlengths_m: [1, 2]\nexternal_force_N: {entries}\n")[1]
+    assert force == ((F(1), F(2)), (F(1, 2), F(3, 2)), (F(2), F(4)))
+    assert all(isinstance(entry, Range) for entry in force)
 
 
 def test_json_without_a_force(tmp_path):
@@ -63,7 +71,19 @@ def test_a_cable_may_be_called_like_a_free_key(tmp_path):
             "lengths_m: [1, 2]\nexternal_force_N: [0, 1]",
             "3:19: external_force_N: must be a list of 3 numbers",
         ),
-        ("lengths_m: [1, 2]\nexternal_force_N: [0, 1, x]", "3:19: external_force_N: must hold numbers"),
+        ("lengths_m: [1, 2]\nexternal_force_N: [0, 1, x]", "3:26: external_force_N[2]: 'x' is not a number"),
+        (
+            "lengths_m: [1, 2]\nexternal_force_N: [0, [3, 1], 1]",
+            "3:23: external_force_N[1]: the lower bound 3 is above the upper bound 1",
+        ),
+        (
+            "lengths_m: [1, 2]\nexternal_force_N: [{value: 1, tolerance: -1}, 0, 1]",
+            "3:20: external_force_N[0]: the tolerance is negative",
+        ),
+        (
+            "lengths_m: [1, 2]\nexternal_force_N: [0, 1, {value: 1}]",
+            "3:26: external_force_N[2]: must be a number or a range such as [4, 6], got a mapping",
+        ),
         ("lengths_m: [1, .nan]", "2:16: lengths_m[1]: '.nan' is not a finite number"),
         (
             "lengths_m: [1, [1, 2, 3]]",

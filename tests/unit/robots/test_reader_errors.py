@@ -104,6 +104,36 @@ def test_the_good_file_is_good():
         ("80", "{value: 3, tolerance: -1}", "4:34: platform.mass_kg.tolerance: must not be negative, got -1"),
         (
             "80",
+            "{value: 3, tolerance: 3.5}",
+            "4:12: platform.mass_kg: must be greater than 0, got -0.5",
+        ),
+        (
+            "[1, 0, 0]",
+            "[1, [2, 1], 0]",
+            "10:25: cables[1].frame_anchor_m[1]: the lower bound 2 is above the upper bound 1",
+        ),
+        (
+            "[1, 0, 0]",
+            "[1, 0, {value: 0, tolerance: -0.1}]",
+            "10:50: cables[1].frame_anchor_m[2].tolerance: must not be negative, got -0.10000000000000001",
+        ),
+        (
+            "name: c2",
+            "name: c2\n    elasticity: {stiffness_N_per_m: {value: 10, tolerance: 10}}",
+            "10:37: cables[1].elasticity.stiffness_N_per_m: must be greater than 0, got 0",
+        ),
+        (
+            "name: r",
+            "name: [1, 2]",
+            "2:7: name: must be a text (in quotes if it looks like a number), got a list of 2",
+        ),
+        (
+            "name: c2",
+            "name: {value: c2, tolerance: 1}",
+            "9:11: cables[1].name: must be a text (in quotes if it looks like a number), got a mapping",
+        ),
+        (
+            "80",
             "{value: 3, tolerance: 0, tolerances: 1}",
             "4:37: platform.mass_kg.tolerances: unknown key (did you mean 'tolerance'?)",
         ),

@@ -11,12 +11,12 @@ from typing import Any, NamedTuple
 import numpy as np
 import pytest
 
-from cdpr_interval import NotSupportedError
+from cdpr_interval import InputError, NotSupportedError
 from cdpr_interval.exact.range import Range
 from cdpr_interval.mechanics.cables.law import model_of
 from cdpr_interval.mechanics.loaded import NO_FORCE, loaded
 from cdpr_interval.mechanics.statics import static_model
-from cdpr_interval.robots.cable_robot import Robot, Uncertain, exact, exact_point
+from cdpr_interval.robots.cable_robot import Elasticity, Robot, Uncertain, exact, exact_point
 from cdpr_interval.robots.formats.reader import parse_robot
 from solvers import (
     PointMass,
@@ -26,6 +26,7 @@ from solvers import (
     polynomial_report,
     pose_from_tensions,
 )
+from solvers.answers.robot_data import robot_from_json, robot_to_json
 from solvers.batch.expansion import stiffness_of
 from solvers.batch.job_file import read_job_file
 from solvers.point_mass.arrays import build_arrays
@@ -81,6 +82,14 @@ ENTRIES: dict[str, Callable[[Robot], object]] = {
     "winches": lambda robot: whereabouts(robot, [(3.0, 3.1), (3.0, 3.1)]),
 }
 """What a user asks a robot."""
+ASKERS = {
+    "ik": "ik",
+    "PointMass": "PointMass",
+    "Tracker": "Tracker",
+    "polynomial": "polynomial",
+    "polynomial-tensions": "polynomial",
+}
+"""Those that take exact numbers only, as their refusals name them."""
 each_place = pytest.mark.parametrize("place", PLACES, ids=lambda place: place.path)
 
 
@@ -111,10 +120,23 @@ def test_ranges_are_listed_in_the_order_of_the_data() -> None:
     assert parse_robot(text()).uncertain == ()
 
 
+TAKES_RANGES = ("fk", "tensions", "winches")
+"""Of a point mass: all its data may be ranges."""
+OF_ANCHORS = ("platform.centre_of_mass_m[1]", "cables[0].platform_anchor_m[2]")
+"""Places whose ranges make a platform."""
+
+
 @each_place
 @pytest.mark.parametrize("entry", ENTRIES)
-def test_every_question_is_refused(entry: str, place: Place) -> None:
-    message = f"^robot 'vague': uncertain scalars are not supported yet: {re.escape(place.path)}$"
+def test_what_takes_numbers_only_refuses_by_name(entry: str, place: Place) -> None:
+    if entry in TAKES_RANGES and place.path not in OF_ANCHORS:
+        pytest.skip("takes ranges")
+    if entry == "tensions":
+        with pytest.raises(NotSupportedError, match="for point masses, this is a platform"):
+            ENTRIES[entry](vague(place))
+        return
+    by = f" by {ASKERS[entry]}" if entry in ASKERS else ""
+    message = f"^robot 'vague': uncertain scalars are not supported{by} yet: {re.escape(place.path)}$"
     with pytest.raises(NotSupportedError, match=message):
         ENTRIES[entry](vague(place))
 
@@ -127,7 +149,15 @@ def test_the_questions_are_answered_of_exact_numbers() -> None:
 
 
 @each_place
-def test_a_batch_is_refused(tmp_path: Path, place: Place) -> None:
+@pytest.mark.parametrize("entry", TAKES_RANGES)
+def test_point_masses_take_ranges_of_all_data(entry: str, place: Place) -> None:
+    robot = vague(place)
+    if robot.is_point_mass:
+        ENTRIES[entry](robot)
+
+
+@each_place
+def test_a_batch_that_draws_is_refused(tmp_path: Path, place: Place) -> None:
     (tmp_path / "vague.yaml").write_text(text(FORMS["tolerance"], place), encoding="utf-8")
     job = tmp_path / "job.yaml"
     rest = "lengths_m: [3, 3]\n    samples: 2\n    seed: 1\n    perturb: "
@@ -135,7 +165,8 @@ def test_a_batch_is_refused(tmp_path: Path, place: Place) -> None:
         "frame_anchors_m: {distribution: uniform, half_width: 0.1}, "
         "stiffness: {distribution: uniform, relative_half_width: 0.1}}"
     )
-    for problem in ("type: lengths\n    lengths_m: [[3, 3]]", f"type: monte-carlo\n    {rest}{drawn}"):
+    listed = ["type: lengths\n    lengths_m: [[3, 3]]"] * (place.path in OF_ANCHORS)
+    for problem in (*listed, f"type: monte-carlo\n    {rest}{drawn}"):
         job.write_text(
             f"format: cdpr-batch/1\nrobots: [vague.yaml]\nproblems:\n  - {problem}\n", encoding="utf-8"
         )
@@ -201,6 +232,39 @@ def test_equal_ranges_are_not_known_to_be_one_point() -> None:
     assert len(robot.uncertain) == 3
     assert not robot.is_point_mass and robot.model == "six-dof"
     assert parse_robot(text()).is_point_mass
+
+
+def test_robots_with_ranges_are_written_as_they_are() -> None:
+    robot = parse_robot(text(FORMS["bounds"], *PLACES))
+    for again in (Robot.from_dict(robot.to_dict()), parse_robot(robot.to_yaml())):
+        assert again == robot and again.uncertain == robot.uncertain
+    changed = robot.replace(name="other", platform=robot.platform.replace(mass=("9.5", "10.5")))
+    assert changed.platform.mass == Range(F("9.5"), F("10.5"))
+    again = parse_robot(changed.to_yaml())
+    assert again == changed and again.sha256 == changed.sha256 != robot.sha256
+    assert robot_from_json(robot_to_json(changed)) == changed
+    assert not changed.is_exact and changed.middle().is_exact
+
+
+@pytest.mark.parametrize("key", ["stiffness", "axial_stiffness"])
+def test_stiffness_is_positive_for_every_choice(key: str) -> None:
+    with pytest.raises(InputError, match=f"^{key}: must be greater than 0"):
+        Elasticity(**{key: (-1, 5)})
+    with pytest.raises(InputError, match=r"mass: must not be negative"):
+        robot = parse_robot(text())
+        robot.platform.replace(mass=(-1, 5))
+
+
+def test_a_force_with_a_range_is_refused_by_name() -> None:
+    force = (0, (1, 2), 0)
+    with pytest.raises(NotSupportedError, match=r"not supported yet: external_force_N\[1\]$"):
+        forward_kinematics("uc2", [7.5, 8], external_force=force)
+    for entry in (
+        lambda: inverse_kinematics("uc2", (5, 0, -7), external_force=force),
+        lambda: polynomial_report("uc2", [7.5, 8], external_force=force),
+    ):
+        with pytest.raises(InputError, match=r"^external_force\[1\]: must be one number here, got a range$"):
+            entry()
 
 
 def test_a_range_is_drawn_at_its_middle() -> None:

@@ -29,10 +29,14 @@ class TestClass:
         assert class_of(robot) is kind and kind.refuses(robot) is None
         require_supported(robot)
 
-    def test_it_refuses_a_range_in_the_data(self, kind: RobotClass) -> None:
-        robot = load_robot(ROBOTS[kind.name][0])
+    def test_it_solves_or_refuses_a_range_in_the_data(self, kind: RobotClass) -> None:
+        name, lengths = ROBOTS[kind.name]
+        robot = load_robot(name)
         vague = replace(robot, platform=replace(robot.platform, mass=Range(Fraction(1), Fraction(2))))
         assert kind.accepts(vague)
+        if kind.refuses(vague) is None:
+            assert forward_kinematics(vague, lengths).solutions
+            return
         with pytest.raises(NotSupportedError, match=r"uncertain scalars .* platform\.mass_kg$"):
             require_supported(vague)
 

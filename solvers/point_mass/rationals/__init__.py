@@ -1,0 +1,1 @@
+"""What is decided of a point mass in exact rationals, after a float guess."""
