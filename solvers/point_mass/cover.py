@@ -98,8 +98,14 @@ def up_ranges(gravity: Point) -> RangeVector:
     return x, y, z
 
 
-def cover(choices: Choices) -> tuple[list[Part], list[Choices], NoPose | None, str]:
-    """Cut the choices until each box is proved: parts, boxes left open, why some are empty, or are open."""
+def cover(choices: Choices, most: int) -> tuple[list[Part], list[Choices], NoPose | None, str]:
+    """Cut the choices until each box is proved, into so many boxes at most.
+
+    Returns
+    -------
+    parts, left, empty, reason
+        Parts, boxes left open, why some are empty, why some are open.
+    """
     todo, parts, left = [choices], list[Part](), list[Choices]()
     empty: NoPose | None = None
     reason, used = "", 0
@@ -114,7 +120,7 @@ def cover(choices: Choices) -> tuple[list[Part], list[Choices], NoPose | None, s
             parts.append(part)
             continue
         number = _to_cut(box, part.systems if isinstance(part, Part) else ())
-        if number is not None and used + len(todo) < PARTS:
+        if number is not None and used + len(todo) < most:
             todo += box.halves(number)
         elif isinstance(part, Part):
             # Proved, but for a sharp enclosure: its coarse one will do.

@@ -85,6 +85,22 @@ def hull(parts: list[Fields]) -> Fields:
     )
 
 
+def both(one: Fields, other: Fields) -> Fields:
+    """Return what two enclosures of one pose say together; a state that one leaves open is the other's."""
+    return Fields(
+        meet(one.position, other.position),
+        meet(one.height, other.height),
+        meet(one.tensions, other.tensions),
+        meet(one.distances, other.distances),
+        np.where(one.states == OPEN, other.states, one.states),
+    )
+
+
+def meet(a: Bounds, b: Bounds) -> Bounds:
+    """Return what two arrays of bounds have in common."""
+    return np.stack([np.maximum(a[..., 0], b[..., 0]), np.minimum(a[..., 1], b[..., 1])], axis=-1)
+
+
 def solution(fields: Fields, slack_respected: bool | None, proof: Proof = Proof.CONVEXITY) -> Solution:
     """Return the entry of a proved pose; every static pose of a point mass is a strict minimum.
 

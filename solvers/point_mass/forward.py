@@ -9,8 +9,8 @@ from cdpr_interval.exact.enclosure import Bounds, length_bounds
 from solvers.answers.data import Answer
 from solvers.point_mass.answer import answer_pose, answer_without_pose
 from solvers.point_mass.arrays import RobotArrays, exact_lengths, is_range, robot_arrays
-from solvers.point_mass.convex import find_pose, quick_pose
-from solvers.point_mass.entry import Fields
+from solvers.point_mass.convex import Finding, after_quick, quick_pose
+from solvers.point_mass.entry import Fields, unpacked
 from solvers.point_mass.one_call import DECIDED
 from solvers.questions.checked import require_treated, uncertain_data
 from solvers.questions.problem import Method, Options, Problem
@@ -60,27 +60,23 @@ def _over_choices(problem: Problem) -> Answer:
     """Return the robot's pose for every choice of its data."""
     from solvers.point_mass.over_choices import find_over_choices
 
-    finding, arrays = find_over_choices(problem), robot_arrays(problem.loaded.middle)
-    if isinstance(finding, Fields):
-        return answer_pose(problem, arrays, finding)
-    return answer_without_pose(problem, arrays, finding)
+    return _answer(problem, robot_arrays(problem.loaded.middle), find_over_choices(problem))
 
 
 def _only_pose(problem: Problem, arrays: RobotArrays, lengths: Bounds) -> Answer:
     """Return the robot's pose, where its taut set is what was asked for."""
-    exact = exact_lengths(problem)
-    sharp = None if exact is not None else _sharp(problem, arrays, lengths)
-    finding = sharp or find_pose(arrays, lengths, exact)
+    status, bounds, states = quick_pose(arrays, lengths)
+    if status == DECIDED:
+        return answer_pose(problem, arrays, unpacked(bounds, states))
+    finding = after_quick(arrays, lengths, exact_lengths(problem))
+    if is_range(lengths):
+        from solvers.point_mass.over_choices import sharpened
+
+        finding = sharpened(problem, arrays, finding)
+    return _answer(problem, arrays, finding)
+
+
+def _answer(problem: Problem, arrays: RobotArrays, finding: Finding) -> Answer:
     if isinstance(finding, Fields):
         return answer_pose(problem, arrays, finding)
     return answer_without_pose(problem, arrays, finding)
-
-
-def _sharp(problem: Problem, arrays: RobotArrays, lengths: Bounds) -> Fields | None:
-    """Return the pose over ranges of lengths where one call does not decide it, and its bounds are sharp."""
-    if not is_range(lengths) or quick_pose(arrays, lengths)[0] == DECIDED:
-        return None
-    from solvers.point_mass.over_choices import find_over_choices
-
-    finding = find_over_choices(problem)
-    return finding if isinstance(finding, Fields) and not finding.is_open else None

@@ -15,34 +15,42 @@ from numpy.typing import NDArray
 
 from cdpr_interval.exact import balls
 from cdpr_interval.exact.enclosure import Bounds
+from solvers.point_mass.arrays import RobotArrays
 from solvers.point_mass.convex import (
     PARTLY,
     Finding,
+    NoPose,
     Unproved,
     quick_pose,
     scaled_cables,
 )
-from solvers.point_mass.cover import box_around, choices_of, cover, examine
+from solvers.point_mass.cover import PARTS, box_around, choices_of, cover, examine
 from solvers.point_mass.degenerate import CHANGES, CHANGING, outer_box
 from solvers.point_mass.duality import inside_all, largest_tension
 from solvers.point_mass.elastic import settle_springs
-from solvers.point_mass.entry import Fields, fields_of
+from solvers.point_mass.entry import Fields, both, fields_of, meet, with_states
 from solvers.point_mass.fields import OPEN, SLACK, SWITCHING, TAUT
 from solvers.point_mass.one_call import DECIDED, middles
 from solvers.point_mass.ranges.choices import Choices, around_middles
 from solvers.point_mass.ranges.extremes import Extremes, Part
-from solvers.point_mass.ranges.sensitivity import Balls, Output, System, enclosed, position
+from solvers.point_mass.ranges.sensitivity import Balls, Output, System, position
 from solvers.point_mass.rationals.emptiness import deepest_point
 from solvers.point_mass.reach import reachable
 from solvers.questions.problem import Problem
 
-BUDGET = 40
-"""Boxes examined to make bounds sharp: half a millisecond each."""
+BUDGET, QUICK_BUDGET = 40, 10
+"""Boxes examined to make bounds sharp, some milliseconds each; and where the pose is proved already: most
+bounds are sharp without."""
+QUICK_PARTS = 16
+"""Boxes into which lengths are cut to sharpen a pose that is proved already: where these few do not do, twice
+as many seldom do, and they take longer than all the rest."""
 SAMPLES = 24
 """Choices at which an open cable is looked at, to see whether it switches."""
 STRETCHES = 3
 """Times that tensions are bounded anew by poses, and poses by tensions."""
 VANISHES = "the load may vanish within its ranges"
+Known = tuple[Bounds, Bounds]
+"""Bounds of the pose (3, 2) and of the tensions (N, 2) over all choices, in the kernels' units."""
 
 
 def find_over_choices(problem: Problem) -> Finding:
@@ -58,35 +66,89 @@ def find_over_choices(problem: Problem) -> Finding:
         everywhere = np.tile([-np.inf, np.inf], (3, 1))
         return Unproved(VANISHES, everywhere)
     with balls.precision():
-        parts, open_boxes, empty, reason = cover(choices)
+        parts, open_boxes, empty, reason = cover(choices, PARTS)
         if not parts and not open_boxes:
             assert empty is not None
             return empty
         if open_boxes or empty is not None:
             return _region(choices, parts, open_boxes, PARTLY if empty is not None else reason)
-        if choices.arrays.is_elastic and not all(part.is_sharp for part in parts):
-            return _as_inextensible(choices, parts) or _fields(choices, choices, parts)
-        return _fields(choices, choices, parts)
+        known = _coarse(parts), np.tile([0.0, np.inf], (choices.count, 1))
+        found = _sharp_fields(choices, parts, known, BUDGET)
+        return _with_note(choices, _fields(choices, parts, known, 0) if found is None else found)
 
 
-def _as_inextensible(choices: Choices, parts: list[Part]) -> Fields | None:
-    """Return the pose of springs over wide ranges as that of inextensible cables; None: that shows nothing.
+def sharpened(problem: Problem, arrays: RobotArrays, finding: Finding) -> Finding:
+    """Return what is found over ranges of lengths in sharper bounds, where these are soon had.
+
+    Guarantee
+    ---------
+    That of `find_over_choices`; bounds of a pose are never wider than those given.
+    """
+    if isinstance(finding, Fields):
+        return _sharpened_pose(problem, arrays, finding)
+    if isinstance(finding, NoPose):
+        return finding
+    other = find_over_choices(problem)
+    return (
+        replace(finding, position=meet(finding.position, other.position))
+        if isinstance(other, Unproved)
+        else other
+    )
+
+
+def _sharpened_pose(problem: Problem, arrays: RobotArrays, pose: Fields) -> Fields:
+    choices = choices_of(problem)
+    assert choices is not None, "the load of exact data does not vanish"
+    with balls.precision():
+        parts, open_boxes, empty, _ = cover(choices, QUICK_PARTS)
+        if open_boxes or empty is not None:
+            return pose
+        found = _sharp_fields(choices, parts, _in_units(pose, arrays), QUICK_BUDGET)
+        return pose if found is None else _with_note(choices, both(pose, found))
+
+
+def _in_units(pose: Fields, arrays: RobotArrays) -> Known:
+    """Return position and tensions in the kernels' units, relative to the first exit point."""
+    frame = arrays.frame
+    box = (pose.position - frame[2:5, ::-1]) / frame[0, 0]
+    tension = pose.tensions / frame[1, 0]
+    # Doubled roundings of a subtraction are far below this share.
+    margin = 1e-14 * (1.0 + np.abs(pose.position).max() / frame[0, 0] + np.abs(box).max())
+    return box + np.array([-margin, margin]), tension
+
+
+def _sharp_fields(choices: Choices, parts: list[Part], known: Known, budget: int) -> Fields | None:
+    """Return sharp fields of the pose of every choice, None where the parts are not sharp and show none."""
+    if all(part.is_sharp for part in parts):
+        return _fields(choices, parts, known, budget)
+    twin = _as_inextensible(choices, known[0]) if choices.arrays.is_elastic else None
+    return None if twin is None else _fields(*twin, known, budget)
+
+
+def _as_inextensible(choices: Choices, box: Bounds) -> tuple[Choices, list[Part]] | None:
+    """Return inextensible cables whose poses hold those of springs over wide ranges; None: it shows nothing.
 
     The pose is the lowest point of the balls of the stretched lengths h_i: it is the pose of the robot on
     inextensible cables whose lengths go from l_i to the largest h_i. Its tensions are a mean of those that at
     most three of these cables have there (Caratheodory), so their bounds hold too.
+
+    Parameters
+    ----------
+    choices : Choices
+    box : (3, 2)
+        Holds the pose of every choice.
     """
-    twin = _stretched(choices, _first_multipliers(choices, _coarse(parts)))
+    twin = _stretched(choices, _first_multipliers(choices, box))
     found: tuple[Choices, list[Part]] | None = None
     for _ in range(STRETCHES):
         if twin is None:
             break
-        covered, left, empty, _ = cover(twin)
+        covered, left, empty, _ = cover(twin, QUICK_PARTS)
         if left or empty is not None or not covered or not all(part.is_sharp for part in covered):
             break
         found = twin, covered
         twin = _stretched(choices, _multipliers(covered, choices.count))
-    return None if found is None else _fields(choices, *found)
+    return found
 
 
 def _first_multipliers(choices: Choices, box: Bounds) -> NDArray[np.float64] | None:
@@ -106,8 +168,7 @@ def _multipliers(parts: list[Part], count: int) -> NDArray[np.float64]:
     most = np.zeros(count)
     for part in parts:
         scale = float(part.choices.bounds[-1, 1])
-        for system in part.systems:
-            zero = enclosed(system, part.choices)
+        for system, zero in zip(part.systems, part.zeros, strict=True):
             assert zero is not None
             for cable, t in zip(system.taut, zero.box[3:], strict=True):
                 most[cable] = max(most[cable], balls.to_bounds(t)[1] * scale * (1.0 + 1e-12))
@@ -135,27 +196,27 @@ def _stretched(choices: Choices, multipliers: NDArray[np.float64] | None) -> Cho
     return Choices(replace(arrays, robot=robot, elastic=np.zeros(n, dtype=np.bool_)), bounds)
 
 
-def _fields(asked: Choices, choices: Choices, parts: list[Part]) -> Fields:
-    """Return what is reported of the pose of every choice: those asked for, which others may stand for."""
+def _fields(choices: Choices, parts: list[Part], known: Known, budget: int) -> Fields:
+    """Return what is reported of the pose of every choice, within what is known of it."""
     arrays, lengths = choices.kernel_arrays(), choices.lengths
-    cables = scaled_cables(arrays, lengths)
-    search = Extremes(parts, _examined, BUDGET)
-    coarse = _coarse(parts)
-    box = np.array([search.range_of(_coordinate(j)) or coarse[j] for j in range(3)], dtype=np.float64)
-    box[:, 0], box[:, 1] = np.maximum(box[:, 0], coarse[:, 0]), np.minimum(box[:, 1], coarse[:, 1])
+    search = Extremes(parts, _examined, budget)
+    box = np.array([search.range_of(_coordinate(j), *known[0][j].tolist()) for j in range(3)])
     scale = (1.0, 1.0) if arrays.is_elastic else tuple(choices.bounds[-1].tolist())
     tension, states = np.zeros((choices.count, 2)), np.full(choices.count, SLACK)
     for i in range(choices.count):
-        tension[i] = _tension(choices, parts, search, i, scale)
+        tension[i] = _tension(parts, search, i, scale, known[1][i])
         if tension[i, 1] > 0.0:
             states[i] = TAUT if tension[i, 0] > 0.0 else OPEN
-    note = ""
-    if (states == OPEN).any():
-        states = _with_switches(asked, states)
-        names = ", ".join(choices.arrays.robot.cable_names[i] for i in np.flatnonzero(states != SLACK))
-        text = CHANGING if (states == OPEN).any() else CHANGES
-        note = text.format(names)
-    return fields_of(cables, arrays.frame, box, tension, states, note)
+    return fields_of(scaled_cables(arrays, lengths), arrays.frame, box, tension, states)
+
+
+def _with_note(choices: Choices, fields: Fields) -> Fields:
+    """Return the fields with the cables that switch, and what is to be said of those that are open."""
+    states = _with_switches(choices, fields.states)
+    if not (states > TAUT).any():
+        return with_states(fields, states)
+    names = ", ".join(choices.arrays.robot.cable_names[i] for i in np.flatnonzero(states != SLACK))
+    return with_states(fields, states, (CHANGING if (states == OPEN).any() else CHANGES).format(names))
 
 
 def _examined(choices: Choices) -> Part | None:
@@ -168,22 +229,19 @@ def _coordinate(axis: int):  # type: ignore[no-untyped-def]
 
 
 def _tension(
-    choices: Choices, parts: list[Part], search: Extremes, cable: int, scale: tuple[float, ...]
+    parts: list[Part], search: Extremes, cable: int, scale: tuple[float, ...], known: Bounds
 ) -> tuple[float, float]:
     """Return bounds of a tension in units of force."""
-    if not any(cable in system.taut for part in parts for system in part.systems):
-        return (0.0, 0.0) if all(part.is_sharp for part in parts) else (0.0, np.inf)
+    if all(part.is_sharp and not any(cable in s.taut for s in part.systems) for part in parts):
+        return 0.0, 0.0
 
     def measure(system: System, x: Balls, d: Balls) -> Output:
         return system.tension(cable, x, d)
 
-    found = search.range_of(measure)
-    if found is None:
-        return 0.0, np.inf
-    lo, hi = max(found[0], 0.0), max(found[1], 0.0)
+    lo, hi = search.range_of(measure, *known.tolist())
     with balls.precision():
-        low, high = balls.to_bounds(arb(lo) * arb(scale[0])), balls.to_bounds(arb(hi) * arb(scale[1]))
-    return low[0], high[1]
+        ends = [balls.to_bounds(arb(max(end, 0.0)) * arb(s)) for end, s in zip((lo, hi), scale, strict=True)]
+    return ends[0][0], ends[1][1]
 
 
 def _coarse(parts: Sequence[Part]) -> Bounds:
@@ -193,8 +251,7 @@ def _coarse(parts: Sequence[Part]) -> Bounds:
 
 def _part_box(part: Part) -> Bounds:
     if part.is_sharp:
-        zeros = [enclosed(system, part.choices) for system in part.systems]
-        rows = [[balls.to_bounds(x) for x in zero.box[:3]] for zero in zeros if zero is not None]
+        rows = [[balls.to_bounds(x) for x in zero.box[:3]] for zero in part.zeros if zero is not None]
         found = np.array(rows)
         return np.column_stack([found[:, :, 0].min(axis=0), found[:, :, 1].max(axis=0)])
     arrays = part.choices.kernel_arrays()
@@ -210,19 +267,23 @@ def _part_box(part: Part) -> Bounds:
 
 def _with_switches(choices: Choices, states: NDArray[np.int64]) -> NDArray[np.int64]:
     """Return the states with the cables that are proved taut at one choice and slack at another."""
-    seen = [set[int]() for _ in states]
+    still_open = np.flatnonzero(states == OPEN).tolist()
+    seen = {i: set[int]() for i in still_open}
     rng = np.random.default_rng(0)
     low, width = choices.bounds[:, 0], choices.bounds[:, 1] - choices.bounds[:, 0]
-    for k in range(SAMPLES * int((states == OPEN).sum())):
+    for k in range(SAMPLES * len(still_open)):
         share = rng.random(len(low))
         chosen = np.clip(low + width * (np.rint(share) if k % 2 else share), low, choices.bounds[:, 1])
         one = Choices(choices.arrays, np.column_stack([chosen, chosen]))
         status, _, found = quick_pose(one.kernel_arrays(), one.lengths)
         if status == DECIDED:
-            for i, state in enumerate(found.tolist()):
-                seen[i].add(state)
-    changed = np.array([{TAUT, SLACK} <= one for one in seen])
-    return np.where((states == OPEN) & changed, SWITCHING, states)
+            for i in still_open:
+                seen[i].add(int(found[i]))
+        if all({TAUT, SLACK} <= one for one in seen.values()):
+            break
+    found = states.copy()
+    found[[i for i in still_open if {TAUT, SLACK} <= seen[i]]] = SWITCHING
+    return found
 
 
 def _region(choices: Choices, parts: list[Part], left: list[Choices], reason: str) -> Unproved:

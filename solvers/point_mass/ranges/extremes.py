@@ -12,6 +12,7 @@ import itertools
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import cached_property
 
 from flint import arb
 
@@ -48,6 +49,11 @@ class Part:
     is_sharp: bool
     """They are all there are, and each has an enclosure over the whole box."""
 
+    @cached_property
+    def zeros(self) -> tuple[Zero | None, ...]:
+        """The zeros of the systems over the box."""
+        return tuple(enclosed(system, self.choices) for system in self.systems)
+
 
 @dataclass(frozen=True)
 class Bound:
@@ -78,26 +84,27 @@ class Extremes:
     _halves: dict[tuple[int, int], tuple[Part, ...] | None] = field(default_factory=dict)
     _kept: list[Part] = field(default_factory=list)
 
-    def range_of(self, measure: Measure) -> tuple[float, float] | None:
-        """Return bounds of an output, None where some part gives none.
+    def range_of(self, measure: Measure, lo: float, hi: float) -> tuple[float, float]:
+        """Return bounds of an output, of which some are known; only these where some part gives none.
 
         Guarantee
         ---------
-        For every choice the output of the pose lies within.
+        For every choice the output of the pose lies within, where it does within those known.
         """
         tops = [self._bounds(part, measure, 1) for part in self.parts]
         bottoms = [self._bounds(part, measure, -1) for part in self.parts]
         if any(b is None for b in (*tops, *bottoms)):
-            return None
+            return lo, hi
         reached = [max(b.reached for b in side) for side in (tops, bottoms)]  # type: ignore[union-attr]
         width = reached[0] + reached[1] if math.isfinite(sum(reached)) else 0.0
+        near = max(SHARP * width, NEAR)
         most = [
-            self._largest(list(side), measure, sign, width)  # type: ignore[arg-type]
-            for side, sign in ((tops, 1), (bottoms, -1))
+            self._largest(list(side), measure, sign, near, known)  # type: ignore[arg-type]
+            for side, sign, known in ((tops, 1, hi), (bottoms, -1, -lo))
         ]
         return -most[1], most[0]
 
-    def _largest(self, bounds: list[Bound], measure: Measure, sign: int, width: float) -> float:
+    def _largest(self, bounds: list[Bound], measure: Measure, sign: int, near: float, known: float) -> float:
         """Return an upper bound of sign times the output, cutting the parts that decide it."""
         order = itertools.count()
         heap = [(-b.most, next(order), b, p) for b, p in zip(bounds, self.parts, strict=True)]
@@ -105,14 +112,14 @@ class Extremes:
         best = max(b.reached for b in bounds)
         while heap:
             top, _, bound, part = heap[0]
-            if -top <= best + max(SHARP * width, NEAR) or bound.cut is None:
-                return -top
+            if min(-top, known) <= best + near or bound.cut is None:
+                return min(-top, known)
             halves = self._cut(part, bound.cut)
             if halves is None:
-                return -top
+                return min(-top, known)
             found = [self._bounds(half, measure, sign) for half in halves]
             if any(b is None for b in found):
-                return -top
+                return min(-top, known)
             heapq.heappop(heap)
             for half, b in zip(halves, found, strict=True):
                 assert b is not None
@@ -138,7 +145,8 @@ class Extremes:
         """Return the bound of a part: that of the system with the largest one."""
         if not part.is_sharp:
             return None
-        found = [_bound(system, part.choices, measure, sign) for system in part.systems]
+        pairs = zip(part.systems, part.zeros, strict=True)
+        found = [_bound(system, part.choices, zero, measure, sign) for system, zero in pairs]
         if not found or any(b is None for b in found):
             return None
         top = max(found, key=lambda b: b.most)  # type: ignore[union-attr]
@@ -151,8 +159,7 @@ class Extremes:
 def _steepest(part: Part, measure: Measure) -> int | None:
     """Return the number whose range moves an output most."""
     width = part.choices.bounds[:, 1] - part.choices.bounds[:, 0]
-    for system in part.systems:
-        zero = enclosed(system, part.choices)
+    for system, zero in zip(part.systems, part.zeros, strict=True):
         if zero is not None:
             slopes = _slopes(measure(system, zero.box, data_balls(part.choices.bounds)), zero)
             return max(slopes, key=lambda k: float(abs(slopes[k]).upper()) * float(width[k]), default=None)
@@ -167,9 +174,8 @@ def _slopes(output: Output, zero: Zero) -> dict[int, arb]:
     } | {k: slope for k, slope in output.by_data.items() if k in zero.wide and k not in zero.slopes}
 
 
-def _bound(system: System, choices: Choices, measure: Measure, sign: int) -> Bound | None:
-    """Return the bound of sign times an output of one system over a box."""
-    zero = enclosed(system, choices)
+def _bound(system: System, choices: Choices, zero: Zero | None, measure: Measure, sign: int) -> Bound | None:
+    """Return the bound of sign times an output of one system over a box, in which it has a zero."""
     if zero is None:
         return None
 

@@ -20,9 +20,13 @@ from cdpr_interval.exact.enclosure import Bounds
 from solvers.point_mass.ranges.choices import Choices
 
 NEWTON_STEPS = 8
+CONVERGED = 2.0**-60
+"""Newton's step from a double that is near enough, relative to the number: the next one is rounding."""
 WIDENINGS = 12
 """Boxes tried around a guess, each larger by half."""
 CONTRACTIONS = 3
+GAIN = 0.98
+"""Boxes that shrink by less are not contracted again."""
 Balls = list[arb]
 ZERO, ONE = arb(0), arb(1)
 
@@ -147,6 +151,8 @@ def _krawczyk(system: System, x0: Balls, d: Balls, d0: Balls, wide: list[int]) -
         inverse = system.jacobian(x0, d0).mid().inv().mid()
         step = (inverse * arb_mat(n, 1, system.residual(x0, d0))).entries()
         x0 = [(x - s).mid() for x, s in zip(x0, step, strict=True)]
+        if all(abs(s.mid()) < CONVERGED * (1 + abs(x)) for s, x in zip(step, x0, strict=True)):
+            break
     here = (inverse * arb_mat(n, 1, system.residual(x0, d0))).entries()
     columns = _columns(inverse, system.by_data(x0, d), wide)
     shift = list(here)
@@ -168,6 +174,8 @@ def _krawczyk(system: System, x0: Balls, d: Balls, d0: Balls, wide: list[int]) -
     else:
         return None
     for _ in range(CONTRACTIONS):
+        if all(v > GAIN * w for v, w in zip(needed, reach, strict=True)):
+            break
         reach = [v.upper().mid() for v in needed]
         deviation = _deviation(system, inverse, x0, reach, d)
         needed = [abs(s).upper() + v for s, v in zip(shift, _product(deviation, reach), strict=True)]
@@ -204,17 +212,17 @@ def _columns(
     }
 
 
-def _deviation(system: System, inverse: arb_mat, x0: Balls, reach: Balls, d: Balls) -> list[Balls]:
-    """Return I - C J over the box around ``x0``, row by row."""
+def _deviation(system: System, inverse: arb_mat, x0: Balls, reach: Balls, d: Balls) -> arb_mat:
+    """Return upper bounds of |I - C J| over the box around ``x0``."""
     n = len(x0)
     J = system.jacobian([x + _within(w) for x, w in zip(x0, reach, strict=True)], d)
     E = arb_mat(n, n, [int(i == j) for i in range(n) for j in range(n)]) - inverse * J
-    return [[E[i, j] for j in range(n)] for i in range(n)]
+    return arb_mat(n, n, [abs(e).upper() for e in E.entries()])
 
 
-def _product(deviation: list[Balls], reach: Balls) -> Balls:
+def _product(deviation: arb_mat, reach: Balls) -> Balls:
     """Return upper bounds of |E| w."""
-    return [sum((abs(e) * w for e, w in zip(row, reach, strict=True)), ZERO).upper() for row in deviation]
+    return [v.upper() for v in (deviation * arb_mat(len(reach), 1, reach)).entries()]
 
 
 def _within(size: arb) -> arb:
@@ -222,7 +230,7 @@ def _within(size: arb) -> arb:
     return size.union(-size)
 
 
-def _slopes(deviation: list[Balls], reach: Balls, columns: dict[int, Balls]) -> dict[int, Balls]:
+def _slopes(deviation: arb_mat, reach: Balls, columns: dict[int, Balls]) -> dict[int, Balls]:
     """Bound the slopes S_k = -(C J)^-1 C dG/d d_k, with C J = I - E: S_k = -M_k + E S_k."""
     share = max(
         ((v / w).upper() for v, w in zip(_product(deviation, reach), reach, strict=True)), default=ZERO
