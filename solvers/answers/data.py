@@ -55,7 +55,7 @@ class CableState(StrEnum):
 
 
 class Certainty(StrEnum):
-    """Whether a statement about an entry is proved for every choice of lengths in their ranges."""
+    """Whether a statement about an entry is proved for every choice of lengths and data in their ranges."""
 
     PROVED = "proved"
     UNDECIDED = "undecided"

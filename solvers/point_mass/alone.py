@@ -24,7 +24,7 @@ from solvers.point_mass.balance import all_cables
 from solvers.point_mass.convex import NoPose, Unproved, find_pose, part_of, scaled_cables
 from solvers.point_mass.entry import IDENTITY, Fields, fields_of, hull, solution
 from solvers.point_mass.fields import OPEN, SLACK, TAUT
-from solvers.point_mass.lowest import lowest_of_subset
+from solvers.point_mass.guesses.lowest import lowest_of_subset
 from solvers.point_mass.one_call import anywhere, middles, tension_bounds
 from solvers.point_mass.rationals.surd import ExactPose, corners, exact_pose, is_pose_of
 from solvers.point_mass.scope import most_taut

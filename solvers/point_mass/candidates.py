@@ -15,7 +15,7 @@ from cdpr_interval.kernels.kernel import entry
 from cdpr_interval.kernels.rounding import down
 from solvers.point_mass.duality import closed_form_exists
 from solvers.point_mass.fields import distance
-from solvers.point_mass.lowest import lowest_of_subset
+from solvers.point_mass.guesses.lowest import lowest_of_subset
 from solvers.point_mass.one_call import anywhere, tension_bounds
 from solvers.point_mass.system import krawczyk
 

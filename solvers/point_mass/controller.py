@@ -230,6 +230,7 @@ class PointMass:
         ---------
         That of `PointMassPose`. For the same numbers the bounds are bit for bit those of the solution
         that `forward_kinematics` returns; where it reports no pose or an undecided region, so does this.
+        Over ranges that one takes the time for sharper bounds, which lie within these.
 
         Notes
         -----

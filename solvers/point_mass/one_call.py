@@ -18,8 +18,8 @@ from cdpr_interval.kernels.interval import div, mid, mul
 from cdpr_interval.kernels.kernel import entry
 from cdpr_interval.mechanics.cables.compiled import reach
 from solvers.point_mass.fields import OPEN, SLACK, TAUT, distance, report
-from solvers.point_mass.lowest import APART, lowest_of_subset, lowest_point
-from solvers.point_mass.springs import lowest_energy
+from solvers.point_mass.guesses.lowest import APART, lowest_of_subset, lowest_point
+from solvers.point_mass.guesses.springs import lowest_energy
 from solvers.point_mass.system import krawczyk
 
 DECIDED = 0

@@ -20,7 +20,7 @@ import numpy as np
 from flint import arb, arb_mat
 
 from cdpr_interval.exact.balls import from_bounds
-from solvers.point_mass.lowest import lowest_of_subset
+from solvers.point_mass.guesses.lowest import lowest_of_subset
 from solvers.point_mass.one_call import guess_elastic
 from solvers.point_mass.ranges.choices import Choices
 from solvers.point_mass.ranges.sensitivity import ONE, ZERO, Balls, Output, Zero, data_balls

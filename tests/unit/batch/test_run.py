@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import sqlite3
 import time
 from concurrent.futures import ThreadPoolExecutor
@@ -67,6 +68,47 @@ def test_every_answer_is_that_of_the_solver(tmp_path):
             assert datetime.fromisoformat(found["provenance"].pop("date")) == ended
             assert datetime.fromisoformat(wanted["provenance"].pop("date")) >= ended
             assert found == wanted
+
+
+RANGES = """
+format: cdpr-batch/1
+robots: [vague.yaml, merlet_4_1]
+problems:
+  - type: lengths
+    lengths_m:
+      - [2.69+-0.001, "[3.8, 3.9]", 3.35, 4.38]
+      - [2.96, 3.05..3.06, 3.14+-0.01, 3.23]
+"""
+
+
+def test_jobs_with_ranges_are_answered_as_single_calls_are(tmp_path):
+    document = load_robot("merlet_4_1").to_dict() | {"name": "vague"}
+    document["platform"]["mass_kg"] = {"value": 80, "tolerance": 1}
+    document["cables"][0]["frame_anchor_m"][2] = [-0.01, 0.01]
+    (tmp_path / "vague.yaml").write_text(json.dumps(document, default=float))
+    rows = [["2.69+-0.001", "[3.8,3.9]", "3.35", "4.38"], ["2.96", "3.05..3.06", "3.14+-0.01", "3.23"]]
+    solve(tmp_path / "out", read_job_file(write(tmp_path, RANGES)))
+    wanted = [
+        forward_kinematics(robot, row).to_dict()
+        for robot in (load_robot(tmp_path / "vague.yaml"), load_robot("merlet_4_1"))
+        for row in rows
+    ]
+    found = [result_of_job(tmp_path / "out", number) for number in range(1, 5)]
+    assert all(len(document["solutions"]) == 1 for document in wanted)
+    assert list(map(timeless, found)) == list(map(timeless, wanted))
+
+
+def result_of_job(folder, number):
+    with Ledger.peek(folder) as ledger:
+        return result_of(ledger, number)
+
+
+def timeless(document):
+    """Return a result without what says when it was found, and in how long."""
+    for timed in (document["statistics"], *document["subsets"]):
+        timed["time_s"] = 0.0
+    document["provenance"].pop("date")
+    return document
 
 
 def by_hand(job):
