@@ -35,8 +35,6 @@ from solvers.point_mass.rationals.emptiness import deepest_point, proves_empty
 from solvers.point_mass.taut_cables import TautCables
 from solvers.questions.problem import Problem
 
-PARTS = 48
-"""Boxes into which choices are cut before what is left counts as not proved."""
 MOST_SETS = 40
 """Sets of springs looked at in one box."""
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 from flint import arb
@@ -24,7 +25,7 @@ from solvers.point_mass.convex import (
     quick_pose,
     scaled_cables,
 )
-from solvers.point_mass.cover import PARTS, box_around, choices_of, cover, examine
+from solvers.point_mass.cover import box_around, choices_of, cover, examine
 from solvers.point_mass.degenerate import CHANGES, CHANGING, outer_box
 from solvers.point_mass.duality import inside_all, largest_tension
 from solvers.point_mass.elastic import settle_springs
@@ -38,12 +39,20 @@ from solvers.point_mass.rationals.emptiness import deepest_point
 from solvers.point_mass.reach import reachable
 from solvers.questions.problem import Problem
 
-BUDGET, QUICK_BUDGET = 40, 10
-"""Boxes examined to make bounds sharp, some milliseconds each; and where the pose is proved already: most
-bounds are sharp without."""
-QUICK_PARTS = 16
-"""Boxes into which lengths are cut to sharpen a pose that is proved already: where these few do not do, twice
-as many seldom do, and they take longer than all the rest."""
+
+class Effort(NamedTuple):
+    """What bounds may cost."""
+
+    parts: int
+    """Boxes into which choices are cut, before what is left counts as not proved."""
+    boxes: int
+    """Boxes examined to make bounds sharp after that, some milliseconds each."""
+
+
+THOROUGH = Effort(48, 40)
+QUICK = Effort(16, 10)
+"""For a pose that is proved already: where these parts do not do, twice as many seldom do, and they take
+longer than all the rest; most bounds are sharp without more boxes."""
 SAMPLES = 24
 """Choices at which an open cable is looked at, to see whether it switches."""
 STRETCHES = 3
@@ -66,14 +75,14 @@ def find_over_choices(problem: Problem) -> Finding:
         everywhere = np.tile([-np.inf, np.inf], (3, 1))
         return Unproved(VANISHES, everywhere)
     with balls.precision():
-        parts, open_boxes, empty, reason = cover(choices, PARTS)
+        parts, open_boxes, empty, reason = cover(choices, THOROUGH.parts)
         if not parts and not open_boxes:
             assert empty is not None
             return empty
         if open_boxes or empty is not None:
             return _region(choices, parts, open_boxes, PARTLY if empty is not None else reason)
-        known = _coarse(parts), np.tile([0.0, np.inf], (choices.count, 1))
-        found = _sharp_fields(choices, parts, known, BUDGET)
+        known = _known(choices, _coarse(parts))
+        found = _sharp_fields(choices, parts, known, THOROUGH)
         return _with_note(choices, _fields(choices, parts, known, 0) if found is None else found)
 
 
@@ -100,10 +109,10 @@ def _sharpened_pose(problem: Problem, arrays: RobotArrays, pose: Fields) -> Fiel
     choices = choices_of(problem)
     assert choices is not None, "the load of exact data does not vanish"
     with balls.precision():
-        parts, open_boxes, empty, _ = cover(choices, QUICK_PARTS)
+        parts, open_boxes, empty, _ = cover(choices, QUICK.parts)
         if open_boxes or empty is not None:
             return pose
-        found = _sharp_fields(choices, parts, _in_units(pose, arrays), QUICK_BUDGET)
+        found = _sharp_fields(choices, parts, _in_units(pose, arrays), QUICK)
         return pose if found is None else _with_note(choices, both(pose, found))
 
 
@@ -117,15 +126,15 @@ def _in_units(pose: Fields, arrays: RobotArrays) -> Known:
     return box + np.array([-margin, margin]), tension
 
 
-def _sharp_fields(choices: Choices, parts: list[Part], known: Known, budget: int) -> Fields | None:
+def _sharp_fields(choices: Choices, parts: list[Part], known: Known, effort: Effort) -> Fields | None:
     """Return sharp fields of the pose of every choice, None where the parts are not sharp and show none."""
     if all(part.is_sharp for part in parts):
-        return _fields(choices, parts, known, budget)
-    twin = _as_inextensible(choices, known[0]) if choices.arrays.is_elastic else None
-    return None if twin is None else _fields(*twin, known, budget)
+        return _fields(choices, parts, known, effort.boxes)
+    twin = _as_inextensible(choices, known[0], effort.parts) if choices.arrays.is_elastic else None
+    return None if twin is None else _fields(*twin, known, effort.boxes)
 
 
-def _as_inextensible(choices: Choices, box: Bounds) -> tuple[Choices, list[Part]] | None:
+def _as_inextensible(choices: Choices, box: Bounds, most: int) -> tuple[Choices, list[Part]] | None:
     """Return inextensible cables whose poses hold those of springs over wide ranges; None: it shows nothing.
 
     The pose is the lowest point of the balls of the stretched lengths h_i: it is the pose of the robot on
@@ -137,18 +146,32 @@ def _as_inextensible(choices: Choices, box: Bounds) -> tuple[Choices, list[Part]
     choices : Choices
     box : (3, 2)
         Holds the pose of every choice.
+    most : int
+        Parts into which the twin's choices are cut.
     """
     twin = _stretched(choices, _first_multipliers(choices, box))
     found: tuple[Choices, list[Part]] | None = None
     for _ in range(STRETCHES):
         if twin is None:
             break
-        covered, left, empty, _ = cover(twin, QUICK_PARTS)
+        covered, left, empty, _ = cover(twin, most)
         if left or empty is not None or not covered or not all(part.is_sharp for part in covered):
             break
         found = twin, covered
         twin = _stretched(choices, _multipliers(covered, choices.count))
     return found
+
+
+def _known(choices: Choices, box: Bounds) -> Known:
+    """Return a box with what the tensions at the poses in it may be at most."""
+    tension = np.tile([0.0, np.inf], (choices.count, 1))
+    multipliers, longest = _first_multipliers(choices, box), choices.bounds[: choices.count, 1]
+    if choices.arrays.is_elastic:
+        twin = _stretched(choices, multipliers)
+        longest = np.full(choices.count, np.inf) if twin is None else twin.bounds[: choices.count, 1]
+    if multipliers is not None:
+        tension[:, 1] = multipliers * longest * (1.0 + 1e-12)
+    return box, tension
 
 
 def _first_multipliers(choices: Choices, box: Bounds) -> NDArray[np.float64] | None:
@@ -160,6 +183,7 @@ def _first_multipliers(choices: Choices, box: Bounds) -> NDArray[np.float64] | N
     if not inside_all(cables, deep):
         return None
     pulls = [largest_tension(cables, arrays.load, box, deep, i) for i in range(choices.count)]
+    # The kernel's tensions are those of inextensible cables: multipliers times the largest lengths.
     return np.array(pulls) / cables[2][:, 1] * (1.0 + 1e-12)
 
 
@@ -238,10 +262,12 @@ def _tension(
     def measure(system: System, x: Balls, d: Balls) -> Output:
         return system.tension(cable, x, d)
 
-    lo, hi = search.range_of(measure, *known.tolist())
+    least, most = known.tolist()
+    # Rounding up is done by balls below; what is known holds again at the end.
+    lo, hi = search.range_of(measure, least / scale[1], most / scale[0] * (1.0 + 1e-15))
     with balls.precision():
         ends = [balls.to_bounds(arb(max(end, 0.0)) * arb(s)) for end, s in zip((lo, hi), scale, strict=True)]
-    return ends[0][0], ends[1][1]
+    return max(ends[0][0], least), min(ends[1][1], most)
 
 
 def _coarse(parts: Sequence[Part]) -> Bounds:
