@@ -13,7 +13,7 @@ from cdpr_interval.files.fields import schema_of as file_schema
 from solvers.answers.data import FORMAT, ResultData
 from solvers.answers.document import schema_of
 from solvers.answers.inverse import FORMAT as IK_FORMAT
-from solvers.answers.inverse import IkResult
+from solvers.answers.inverse import IkData
 from solvers.questions.problem_schema import PROBLEM_FORMAT, ProblemBlock
 
 Json = dict[str, Any]
@@ -33,7 +33,7 @@ def pages() -> dict[Path, str]:
     """Return the text of each page as it must be."""
     schemas = {
         "docs/result.md": schema_of(ResultData, FORMAT),
-        "docs/ik-result.md": schema_of(IkResult, IK_FORMAT),
+        "docs/ik-result.md": schema_of(IkData, IK_FORMAT),
         "docs/problem.md": file_schema(ProblemBlock, PROBLEM_FORMAT),
     }
     return {ROOT / name: page(ROOT / name, schema) for name, schema in schemas.items()}

@@ -17,7 +17,7 @@ from cdpr_interval.robots.formats.winch_schema import RobotWithWinches
 from solvers.answers.data import FORMAT, ResultData
 from solvers.answers.document import schema_of as result_schema
 from solvers.answers.inverse import FORMAT as IK_FORMAT
-from solvers.answers.inverse import IkResult
+from solvers.answers.inverse import IkData
 from solvers.batch.job_schema import BATCH_FORMAT, BatchBlock
 from solvers.questions.problem_schema import PROBLEM_FORMAT, ProblemBlock
 
@@ -29,7 +29,7 @@ def schemas() -> dict[str, str]:
     models = {
         "cdpr_interval/robots/schemas/cdpr-robot-1.schema.json": json_schema(RobotWithWinches),
         "solvers/schemas/cdpr-batch-1.schema.json": schema_of(BatchBlock, BATCH_FORMAT),
-        "solvers/schemas/cdpr-ik-result-1.schema.json": result_schema(IkResult, IK_FORMAT),
+        "solvers/schemas/cdpr-ik-result-1.schema.json": result_schema(IkData, IK_FORMAT),
         "solvers/schemas/cdpr-problem-1.schema.json": schema_of(ProblemBlock, PROBLEM_FORMAT),
         "solvers/schemas/cdpr-result-1.schema.json": result_schema(ResultData, FORMAT),
     }

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
         SubsetReport,
         Undecided,
     )
-    from solvers.answers.inverse import IkResult
+    from solvers.answers.ik_result import IkResult
     from solvers.answers.provenance import Provenance
     from solvers.answers.result import Result
     from solvers.certification import write_certificate
@@ -42,7 +42,7 @@ _HOMES = {
     "Certainty": "solvers.answers.data",
     "Estimate": "solvers.six_dof.estimate",
     "Family": "solvers.answers.data",
-    "IkResult": "solvers.answers.inverse",
+    "IkResult": "solvers.answers.ik_result",
     "Nominal": "solvers.answers.data",
     "Outcome": "solvers.answers.data",
     "PointMass": "solvers.point_mass.controller",

@@ -7,7 +7,7 @@ from html import escape
 
 from solvers.answers import ik_table
 from solvers.answers.data import ResultData
-from solvers.answers.inverse import IkResult
+from solvers.answers.inverse import IkData
 from solvers.answers.pose_row import POINT_MASS, PoseRow, pose_rows
 from solvers.answers.region_row import region_rows
 from solvers.answers.table import title_of
@@ -35,7 +35,7 @@ def html_of(result: ResultData) -> str:
     return f"<div>{''.join(parts)}</div>"
 
 
-def ik_html_of(result: IkResult) -> str:
+def ik_html_of(result: IkData) -> str:
     """Return the sentence, the poses, the cables and what can be pasted of a result of inverse kinematics."""
     parts = [f"<p><b>{escape(ik_table.title_of(result))}</b></p>"]
     parts += [f"<p>{name} {escape(place)}</p>" for name, place in ik_table.poses_of(result)]

@@ -6,19 +6,19 @@ from collections.abc import Sequence
 
 from cdpr_interval.mechanics.orientation import rotation_from_quaternion, rpy_from_rotation
 from solvers.answers.angles import shown_angles
-from solvers.answers.inverse import IkResult
+from solvers.answers.inverse import IkData
 from solvers.answers.pose_row import POINT_MASS
 
 HEAD = ("cable", "distance m", "length m", "tension N")
 OUTSIDE = "outside its limits"
 
 
-def title_of(result: IkResult) -> str:
+def title_of(result: IkData) -> str:
     """Return the robot and the sentence of the result."""
     return f"{result.robot.name} ({result.model}): {result.message}"
 
 
-def poses_of(result: IkResult) -> list[tuple[str, str]]:
+def poses_of(result: IkData) -> list[tuple[str, str]]:
     """Return the pose that was asked for, and where it was settled, each after its name."""
     asked = result.question
     angles = rpy_from_rotation(rotation_from_quaternion(asked.quaternion))
@@ -28,7 +28,7 @@ def poses_of(result: IkResult) -> list[tuple[str, str]]:
     return found
 
 
-def rows_of(result: IkResult) -> list[tuple[str, str, str, str, str]]:
+def rows_of(result: IkData) -> list[tuple[str, str, str, str, str]]:
     """Return name, distance, length, tension and a remark of every cable."""
     rows = []
     for i, name in enumerate(result.cables):
@@ -38,13 +38,13 @@ def rows_of(result: IkResult) -> list[tuple[str, str, str, str, str]]:
     return rows
 
 
-def options_of(result: IkResult) -> list[str]:
+def options_of(result: IkData) -> list[str]:
     """Return what can be pasted after a command: a settled pose, and the lengths."""
     options = [f"--pose {result.pose_option}"] if _is_moved(result) else []
     return options if result.lengths_option is None else [*options, f"--lengths {result.lengths_option}"]
 
 
-def text_of(result: IkResult) -> str:
+def text_of(result: IkData) -> str:
     """Return the table as plain text."""
     lines = [title_of(result), *(f"{name:14} {place}" for name, place in poses_of(result))]
     width = max(len("cable"), *(len(name) for name in result.cables))
@@ -53,10 +53,10 @@ def text_of(result: IkResult) -> str:
     return "\n".join([*lines, *options_of(result)])
 
 
-def _is_moved(result: IkResult) -> bool:
+def _is_moved(result: IkData) -> bool:
     return result.settling is not None and result.settling.succeeded
 
 
-def _place(result: IkResult, position: Sequence[float], angles: Sequence[float]) -> str:
+def _place(result: IkData, position: Sequence[float], angles: Sequence[float]) -> str:
     place = f"({', '.join(f'{x:z.6f}' for x in position)}) m"
     return place if result.model == POINT_MASS else f"{place}, roll pitch yaw ({shown_angles(angles)})"

@@ -1,15 +1,13 @@
 """What inverse kinematics returns: distances, lengths and tensions for a pose, in plain floats.
 
-This is the only description of the file format ``cdpr-ik-result/1``, as `data` is of results. Nothing in it
-is certified: put the lengths to forward kinematics for that.
+`IkData` is the only description of the file format ``cdpr-ik-result/1``, as `data` is of results. Nothing in
+it is certified: put the lengths to forward kinematics for that.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
 
 from solvers.answers.data import RobotIdentity, Tool
 from solvers.answers.fields import Described, Floats, Quadruple, Triple
@@ -93,20 +91,8 @@ class Settling(Described):
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
-class IkResult(Described):
-    """Distances, lengths and tensions at one pose, file order; plain floats, nothing is certified.
-
-    ``print(result)`` shows the table, a notebook too.
-
-    Examples
-    --------
-    >>> from solvers import inverse_kinematics
-    >>> result = inverse_kinematics("merlet_4_1", (1, 1, -2))
-    >>> result
-    <IkResult merlet-4-1: the pose is static>
-    >>> [round(length, 3) for length in result.lengths]
-    [2.449, 3.742, 3.742, 4.69]
-    """
+class IkData(Described):
+    """Distances, lengths and tensions at one pose, file order; plain floats, nothing is certified."""
 
     tool: Tool
     """The program that wrote it."""
@@ -141,21 +127,6 @@ class IkResult(Described):
     """Cables whose tension is outside their ``tension_limits_N``; reported, never a filter."""
     provenance: Provenance | None = field(default=None, compare=False)
     """Where the result comes from; left out of results written before there was one."""
-
-    def __repr__(self) -> str:
-        return f"<IkResult {self.robot.name}: {self.message}>"
-
-    def __str__(self) -> str:
-        """Return the table that the command line prints."""
-        from solvers.answers.ik_table import text_of
-
-        return text_of(self)
-
-    def _repr_html_(self) -> str:
-        """Return the table for a notebook."""
-        from solvers.answers.html import ik_html_of
-
-        return ik_html_of(self)
 
     @property
     def position(self) -> Triple:
@@ -203,31 +174,6 @@ class IkResult(Described):
         angles = () if self.model == "point-mass" else self.rpy
         degrees = (round(math.degrees(angle), ANGLE_DECIMALS) + 0.0 for angle in angles)
         return ",".join([*map(repr, self.position), *(f"{angle!r}deg" for angle in degrees)])
-
-    def to_dict(self) -> dict[str, Any]:
-        """Return the ``cdpr-ik-result/1`` document as plain lists and dictionaries."""
-        from solvers.answers.document import to_document
-
-        return to_document(self, FORMAT, self.cables)
-
-    def to_json(self) -> str:
-        """Return the document as text; ``from_json`` restores every double."""
-        from solvers.answers.json_text import dumps
-
-        return dumps(self.to_dict())
-
-    @classmethod
-    def from_json(cls, document: str | bytes | Mapping[str, Any]) -> IkResult:
-        """Read a ``cdpr-ik-result/1`` document; keys it does not know are ignored.
-
-        Raises
-        ------
-        InputError
-            The text is not JSON, has another format, or a key is missing or of a wrong kind.
-        """
-        from solvers.answers.document import from_document
-
-        return from_document(document, cls, FORMAT, "ik result")
 
 
 def lengths_option(lengths: tuple[float, ...] | None) -> str | None:

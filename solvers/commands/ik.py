@@ -15,7 +15,7 @@ from solvers.shell.completion import files, robot_argument
 from solvers.shell.examples import examples
 
 if TYPE_CHECKING:
-    from solvers.answers.inverse import IkResult
+    from solvers.answers.ik_result import IkResult
     from solvers.cli import Ending
 
 LARGE_TURN = radians(30)

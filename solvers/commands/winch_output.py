@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from cdpr_interval.mechanics.statics import Pose
     from cdpr_interval.robots.cable_robot import Robot
     from solvers.answers.data import Solution
-    from solvers.answers.inverse import IkResult
+    from solvers.answers.ik_result import IkResult
     from solvers.winches.path import Path as CablePath
     from solvers.winches.path import Proved
     from solvers.winches.where import Whereabouts

@@ -23,10 +23,10 @@ from cdpr_interval.mechanics.statics import Pose, StaticModel, static_model
 from cdpr_interval.robots.cable_robot import Robot
 from cdpr_interval.robots.formats.given import require_robot
 from solvers.answers.data import RobotIdentity
+from solvers.answers.ik_result import IkResult
 from solvers.answers.inverse import (
     IkPose,
     IkQuestion,
-    IkResult,
     Residual,
     Settling,
     lengths_option,

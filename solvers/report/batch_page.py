@@ -58,6 +58,7 @@ def batch_page(ledger: Ledger, summary: Summary) -> str:
             for number, (group, found) in enumerate(zip(summary.groups, document["groups"], strict=True))
         ],
         left_open=listed(ledger.incomplete()),
+        left_open_jobs="job" if len(ledger.incomplete()) == 1 else "jobs",
         failed=rows,
         failed_left_out=len(bad) - len(rows),
         origin=batch_origin(ledger),

@@ -348,16 +348,18 @@ def _proved(prover: _Prover, path: _Polyline, cycle: float, progress: Callable[[
     longest, fine = LONGEST_PIECE * path.longest, FINE_PIECE * path.longest
     here, step, pieces, compared = 0.0, longest, 0, -1.0
     while not pieces or here < path.total:
-        there = min(here + step, path.total)
+        step = min(step, path.total - here)
+        there = path.total if step == path.total - here else here + step
         ranges, width = path.piece(here, there)
-        reason = prover.refutes(ranges, sharply=there - here > fine)
+        # Asked of the step itself: there - here is rounded, and may stay above the fine one for ever.
+        reason = prover.refutes(ranges, sharply=step > fine)
         if reason == BLUNT and compared != here:
             compared = here
             prover.compare(path.piece(here, here)[0])
         elif reason == BLUNT:
-            step = max(0.5 * (there - here), fine)
+            step = max(0.5 * step, fine)
         elif reason:
-            step = 0.5 * (there - here)
+            step *= 0.5
             if step < max(0.5 * width, SHORTEST_PIECE * path.longest):
                 raise PathRefused(f"near the lengths {_shown(path.at(here))} m: {reason}")
         else:

@@ -20,7 +20,7 @@ from cdpr_interval.exact.range import Range
 from cdpr_interval.mechanics.statics import Pose
 from cdpr_interval.robots.cable_robot import Robot
 from cdpr_interval.robots.winch import Winch
-from solvers.answers.inverse import IkResult
+from solvers.answers.ik_result import IkResult
 from solvers.classes import class_of
 from solvers.kinematics.inverse import inverse_kinematics
 

@@ -145,10 +145,10 @@ def test_undecided_is_code_3_and_failed_is_code_5(run, tmp_path):
         tmp_path, listed([[2.692582403567252, 3.905124837953327, 3.354101966249685, 4.387482193696061]])
     )
     assert run(jobs, "--out", tmp_path / "a", "-q").exit_code == 3
-    assert "left something undecided: jobs 1\n" in run("status", tmp_path / "a").stdout
+    assert "left something undecided: job 1\n" in run("status", tmp_path / "a").stdout
     assert json.loads(run("status", tmp_path / "a", "--json").stdout)["jobs_with_undecided"] == 1
     report(tmp_path / "a", "--out", tmp_path / "a.html", code=3)
-    assert "<p>jobs 1; to look at one" in (tmp_path / "a.html").read_text()
+    assert "<p>job 1; to look at one" in (tmp_path / "a.html").read_text()
     jobs.write_text(MONTE_CARLO.format(samples=3))
     assert run(jobs, "--out", tmp_path / "b", "-q").exit_code == 0
     with connection_to(tmp_path / "b") as ledger:
@@ -199,7 +199,7 @@ def test_certificates_of_a_batch_are_checked_as_what_they_are(run, tmp_path):
     assert done.stdout.splitlines() == [
         "4 certificates: 1 MALFORMED, 2 NOT PROVED, 1 PROVED",
         "job 2 NOT PROVED: the certificate is not of this result: its robot differs",
-        "job 3 NOT PROVED: the certificate is not of this result: 1 of its poses are others",
+        "job 3 NOT PROVED: the certificate is not of this result: 1 of its poses is another",
         "job 4 MALFORMED: the first line is not that of a certificate with this content",
     ]
     report(out, "--out", page, code=5)
