@@ -38,21 +38,26 @@ from cdpr_interval.kernels.kernel import kernel
 from cdpr_interval.kernels.lanes import LANES, LaneArray, Lanes, array3, lanes, load, splat, store, where_less
 from cdpr_interval.kernels.rounding import down, inflate_lanes, up, up_lanes
 from cdpr_interval.kernels.second_order import (
+    POSE_AND_DATA,
+    ROTATION_AND_DATA,
     ROTATION_ONLY,
     WHOLE_POSE,
     Forms,
     Symbols,
     add_scaled,
     bounds,
+    columns,
     constant,
     scale,
     signatures,
+    type_of,
     widen,
+    zeros,
 )
 
-VARIABLES_OF_ROTATION: Symbols = (0, 0, 0)
-VARIABLES_OF_POSE: Symbols = (0, 0, 0, 0, 0, 0)
-"""Variables of the searches on ``ROTATION_ONLY`` and ``WHOLE_POSE``, an entry each."""
+VARIABLES_OF_ROTATION = (0, 0, 0)
+VARIABLES_OF_POSE = (0, 0, 0, 0, 0, 0)
+"""Variables of the searches in u and in (u, x), an entry each."""
 WORTH = 0.6
 """A contraction counts as SMALLER when one variable keeps at most this share of its width."""
 LEAST_PIVOT = 1e-3
@@ -65,15 +70,19 @@ def contraction_signatures(*arguments: Any) -> list[Any]:
     Loops over the variables must have a length known to the compiler, as those over symbols have: of one that
     it had unrolled by 8, LLVM has been seen to drop the guard for fewer (numba 0.68, llvmlite 0.50).
     """
-    pairs = ((VARIABLES_OF_ROTATION, ROTATION_ONLY), (VARIABLES_OF_POSE, WHOLE_POSE))
-    tuples = [[types.UniTuple(types.int64, len(x)) for x in pair] for pair in pairs]
-    return [types.void(array3, *arguments, *pair) for pair in tuples]
+    pairs = (
+        (VARIABLES_OF_ROTATION, ROTATION_ONLY),
+        (VARIABLES_OF_ROTATION, ROTATION_AND_DATA),
+        (VARIABLES_OF_POSE, WHOLE_POSE),
+        (VARIABLES_OF_POSE, POSE_AND_DATA),
+    )
+    return [types.void(array3, *arguments, zeros(len(v)), type_of(symbols)) for v, symbols in pairs]
 
 
 @kernel(signatures(lanes, types.int64))
 def noise(F: Forms, i: int, S: Symbols) -> Lanes:
     """Return quadratic part + error of a row (rounded to nearest)."""
-    K = len(S)
+    K = len(S.noise)
     Q = 1 + K + K * (K + 1) // 2
     return load(F, i, Q) + load(F, i, Q + 2)
 
@@ -85,7 +94,7 @@ def usefulness(F: Forms, i: int, S: Symbols) -> Lanes:
     An equation like 0 = 0 on a symmetry would only add noise.
     """
     most = splat(0.0)
-    for k in range(len(S)):
+    for k in range(len(S.noise)):
         slope = abs(load(F, i, 1 + k))
         most = where_less(most, slope, slope, most)
     useful = where_less(noise(F, i, S), most, 1.0 / most, 0.0)
@@ -150,8 +159,7 @@ def pivot_lane(W: LaneArray, lane: int, count: int, variables: int, symbols: int
 @kernel(signatures(types.void, types.int64, lanes))
 def blank(F: Forms, row: int, keep: Lanes, S: Symbols) -> None:
     """Set a row to zero, the equation 0 = 0, in the lanes where ``keep`` is not positive."""
-    K = len(S)
-    for k in range(1 + K + K * (K + 1) // 2 + 3):
+    for k in range(columns(S)):
         store(F, row, k, where_less(0.0, keep, load(F, row, k), 0.0))
 
 
@@ -163,7 +171,7 @@ def solve_for_pivots(F: Forms, W: LaneArray, first: int, count: int, variables: 
     0 in the others', zero where a lane has fewer) and the pivots to W[PIVOTS]. Rows whose noise drowns their
     slopes are left out.
     """
-    K = len(S)
+    K = len(S.noise)
     for e in range(count):
         row = EQUATION + first + e
         useful = usefulness(F, row, S)
@@ -187,7 +195,7 @@ def solve_for_pivots(F: Forms, W: LaneArray, first: int, count: int, variables: 
 @kernel(signatures(lanes, types.int64, array3, types.int64))
 def pivot_slope(F: Forms, row: int, W: LaneArray, s: int, S: Symbols) -> Lanes:
     """Return every lane's slope of a row in its pivot ``s``; 0 where it has none."""
-    K = len(S)
+    K = len(S.noise)
     pivot = load(W, PIVOTS, s)
     slope = splat(0.0)
     for k in range(K):
@@ -201,15 +209,18 @@ def reduce_row(F: Forms, out: int, W: LaneArray, rank: int, S: Symbols) -> None:
 
     A lane with fewer pivots keeps its row bit by bit, or its error would depend on its neighbours.
     """
-    K = len(S)
+    K, P = len(S.noise), len(S.data)
     Q = 1 + K + K * (K + 1) // 2
     for s in range(rank):
         error, linear, quadratic = load(F, out, Q), load(F, out, Q + 1), load(F, out, Q + 2)
+        slopes = load(F, out, Q + 3 + P) if P > 0 else error
         pivot = load(W, PIVOTS, s)
         add_scaled(F, out, PIVOT + s, -pivot_slope(F, out, W, s, S), S)
         store(F, out, Q, where_less(pivot, 0.0, error, load(F, out, Q)))
         store(F, out, Q + 1, where_less(pivot, 0.0, linear, load(F, out, Q + 1)))
         store(F, out, Q + 2, where_less(pivot, 0.0, quadratic, load(F, out, Q + 2)))
+        if P > 0:
+            store(F, out, Q + 3 + P, where_less(pivot, 0.0, slopes, load(F, out, Q + 3 + P)))
 
 
 @kernel(signatures(types.UniTuple(lanes, 2), lanes))
@@ -218,7 +229,7 @@ def rest_bounds(F: Forms, symbol: Lanes, S: Symbols) -> tuple[Lanes, Lanes]:
 
     eps = -(row - eps). A negative ``symbol`` gives (-1, 1) and more.
     """
-    K = len(S)
+    K = len(S.noise)
     Q = 1 + K + K * (K + 1) // 2
     change = splat(0.0)
     for k in range(K):
@@ -279,7 +290,7 @@ def cut_pivots(F: Forms, W: LaneArray, C: LaneArray, rank: int, S: Symbols) -> N
 
 
 @kernel(contraction_signatures(array3, array3, types.int64))
-def contract(F: Forms, W: LaneArray, C: LaneArray, count: int, V: Symbols, S: Symbols) -> None:
+def contract(F: Forms, W: LaneArray, C: LaneArray, count: int, V: tuple[int, ...], S: Symbols) -> None:
     """Shrink the cells by all rows EQUATION.. at once (interval Newton); see ``cut_symbol``.
 
     ``V`` has an entry for each variable; symbol k stands for that with bounds in columns 2 k, 2 k + 1. With

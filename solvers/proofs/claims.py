@@ -16,8 +16,8 @@ from certificates.roots import System
 from certificates.search import Root as Claimed
 from certificates.search import Search
 from certificates.verdicts import NotProved
+from solvers.six_dof.cells.roots import Root, pose_of
 from solvers.six_dof.reduction import Reduced
-from solvers.six_dof.roots import Root, pose_of
 
 NEAR = 1e-6
 """Entries of rotation matrices that differ by less may belong to one pose: it is checked."""

@@ -14,6 +14,9 @@ from cdpr_interval.mechanics.six_dof.families import Classification, Kind
 from cdpr_interval.mechanics.six_dof.frame import Pose
 from solvers.answers.data import Answer, CableState, Outcome, Solution, StopReason, SubsetReport, Undecided
 from solvers.questions.problem import Options, Problem, Progress
+from solvers.six_dof.cells.halves import cut_lengths
+from solvers.six_dof.cells.roots import Root, lies_in, pose_of
+from solvers.six_dof.cells.subset_search import SubsetSearch
 from solvers.six_dof.clusters import anywhere, clusters
 from solvers.six_dof.families_point import point_solution, poses_at
 from solvers.six_dof.hanging import hangs_by_centre
@@ -23,9 +26,8 @@ from solvers.six_dof.parts import put_together
 from solvers.six_dof.prepared import cables_of, kind_of, lengths_of
 from solvers.six_dof.reach import reach_message
 from solvers.six_dof.reduction import Reduced, reduced_problems
-from solvers.six_dof.roots import Root, lies_in, pose_of
 from solvers.six_dof.solution import decided_solutions, fields_of, origin, pose_solution, solve_densities
-from solvers.six_dof.subset_search import SubsetSearch
+from solvers.six_dof.tube_report import tube_fields
 from solvers.six_dof.turning import (
     Axis,
     FamilyEnd,
@@ -176,6 +178,7 @@ class Run:
         parts = None if self.options.parts is None else self.options.parts.get((taut, frame))
         if parts is None:
             subset.solve()
+            cut_lengths(subset)
         else:
             put_together(subset, reduced, parts)
         reduced = reduced.in_metres(subset)
@@ -200,7 +203,10 @@ class Run:
             for root in roots:
                 self.add_root(taut, kind, reduced, root, found)
             return
-        fields = fields_of(cables_of(self.robot), self.lengths, taut, reduced.frame, roots)
+        if any(root.parts for root in roots):
+            fields = tube_fields(cables_of(self.robot), self.lengths, taut, reduced, roots)
+        else:
+            fields = fields_of(cables_of(self.robot), self.lengths, taut, reduced.frame, roots)
         solutions = decided_solutions(self.options, self.lengths, taut, fields)
         for root, (decided, solution) in zip(roots, solutions, strict=True):
             if not decided:

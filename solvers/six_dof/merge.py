@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from cdpr_interval.exact import balls
 from cdpr_interval.mechanics.six_dof.frame import Frame, Pose, half_turn
-from solvers.six_dof.roots import ABOUT_ROD, ABOUT_VERTICAL, GENERAL, Reduction, Root, lies_in, pose_of
+from solvers.six_dof.cells.roots import ABOUT_ROD, ABOUT_VERTICAL, GENERAL, Reduction, Root, lies_in, pose_of
 
 Floats = NDArray[np.float64]
 

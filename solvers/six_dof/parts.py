@@ -19,10 +19,10 @@ from cdpr_interval.mechanics.six_dof.families import Kind
 from solvers.questions.problem import Options, Problem
 from solvers.six_dof.cells.columns import POSE_COLUMNS, ROTATION_COLUMNS
 from solvers.six_dof.cells.kinds import POSE_CELLS, ROTATION_CELLS
+from solvers.six_dof.cells.roots import Prover, Reduction, Root
+from solvers.six_dof.cells.subset_search import SubsetSearch, start_cells
 from solvers.six_dof.prepared import kind_of, lengths_of
 from solvers.six_dof.reduction import Reduced, reduced_problems
-from solvers.six_dof.roots import Prover, Reduction, Root
-from solvers.six_dof.subset_search import SubsetSearch, start_cells
 
 Floats = NDArray[np.float64]
 FEWEST_TAUT = 3
@@ -98,6 +98,9 @@ Parts = dict[tuple[tuple[int, ...], int], Sequence[PartFound]]
 def parts_of(problem: Problem, options: Options, taut: tuple[int, ...], count: int) -> list[Part]:
     """Return the parts of a subset's searches; none where they are not worth splitting."""
     loaded = problem.loaded
+    if any(lo < hi for lo, hi in problem.lengths):
+        # What parts hand over are boxes of roots; a tube is alone within its reach, not within a box.
+        return []
     if len(taut) < FEWEST_TAUT or kind_of(loaded, taut).kind not in SEARCHED:
         return []
     frames = len(reduced_problems(loaded, lengths_of(problem), options, taut))

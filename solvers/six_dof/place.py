@@ -13,8 +13,8 @@ from cdpr_interval.mechanics.orientation import rotation_from_quaternion
 from cdpr_interval.mechanics.rotation import chart_of, quaternion_of
 from cdpr_interval.text.count import counted
 from solvers.answers.data import Solution
+from solvers.six_dof.cells.roots import GENERAL, GEOMETRY, system_of
 from solvers.six_dof.estimate import Body, Estimate, Guess
-from solvers.six_dof.roots import GENERAL, GEOMETRY, system_of
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]

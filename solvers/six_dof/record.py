@@ -9,9 +9,9 @@ from cdpr_interval.engine.budget import Budget, Stop
 
 if TYPE_CHECKING:
     from solvers.six_dof.cells.noted import NotedTurns
+    from solvers.six_dof.cells.roots import Root
+    from solvers.six_dof.cells.subset_search import SubsetSearch
     from solvers.six_dof.reduction import Reduced
-    from solvers.six_dof.roots import Root
-    from solvers.six_dof.subset_search import SubsetSearch
 
 
 @dataclass(frozen=True, eq=False)

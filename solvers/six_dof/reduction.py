@@ -18,9 +18,9 @@ from cdpr_interval.mechanics.six_dof.arrays import Model, build_model
 from cdpr_interval.mechanics.six_dof.families import Classification, Kind
 from cdpr_interval.mechanics.six_dof.frame import Frame, upward
 from solvers.questions.problem import Options
+from solvers.six_dof.cells.roots import ABOUT_ROD, ABOUT_VERTICAL, GENERAL, GEOMETRY, PLANAR, Reduction
+from solvers.six_dof.cells.subset_search import SubsetSearch
 from solvers.six_dof.prepared import Lengths, kind_of
-from solvers.six_dof.roots import ABOUT_ROD, ABOUT_VERTICAL, GENERAL, GEOMETRY, PLANAR, Reduction
-from solvers.six_dof.subset_search import SubsetSearch
 from solvers.six_dof.units import METRES, Units, cells_in_metres, in_units, root_in_metres, units_of
 
 TEMPLATES = 512

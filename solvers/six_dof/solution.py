@@ -18,8 +18,8 @@ from cdpr_interval.mechanics.stability import Stability
 from cdpr_interval.robots.cable_robot import Robot, exact_point
 from solvers.answers.data import CableState, Certainty, Family, Nominal, Proof, Solution
 from solvers.questions.problem import Options, Problem
+from solvers.six_dof.cells.roots import Root
 from solvers.six_dof.prepared import Lengths
-from solvers.six_dof.roots import Root
 
 Floats = NDArray[np.float64]
 
@@ -153,12 +153,9 @@ def pose_solution(
     )
 
 
-def fields_of(
-    cables: Cables, lengths: Lengths, taut: tuple[int, ...], frame: Frame, roots: Sequence[Root]
-) -> Fields:
-    """Return what the roots of one search report, in bounds."""
-    m, n, count = len(roots), len(taut), len(cables.exits)
-    fields = Fields(
+def empty_fields(m: int, n: int, count: int) -> Fields:
+    """Return arrays for the fields of m roots, n of the cables taut."""
+    return Fields(
         np.empty((m, 3, 3, 2)),
         np.empty((m, 3, 2)),
         np.empty((m, 2)),
@@ -167,6 +164,13 @@ def fields_of(
         np.zeros((m, count, 2)),
         np.empty(m, dtype=np.int64),
     )
+
+
+def fields_of(
+    cables: Cables, lengths: Lengths, taut: tuple[int, ...], frame: Frame, roots: Sequence[Root]
+) -> Fields:
+    """Return what the roots of one search report, in bounds."""
+    fields = empty_fields(len(roots), len(taut), len(cables.exits))
     if roots:
         boxes = np.array([root.box for root in roots])
         charts = np.array([root.chart for root in roots])

@@ -36,11 +36,11 @@ from solvers.questions.lengths import read_lengths
 from solvers.questions.problem import Options, Problem
 from solvers.questions.quick import checked, force_key, quick_bounds
 from solvers.six_dof import scope
+from solvers.six_dof.cells.roots import GENERAL, system_of
 from solvers.six_dof.estimate import Body, Estimate, Guess, estimate
 from solvers.six_dof.forward import solve
 from solvers.six_dof.place import Place, guess_of, is_single, place_of
 from solvers.six_dof.prepared import cables_of
-from solvers.six_dof.roots import GENERAL, system_of
 from solvers.six_dof.track import (
     BROAD,
     LOOSE,

@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 
 from cdpr_interval.mechanics.six_dof.arrays import Model
 from solvers.six_dof.cells.columns import POSE_COLUMNS
-from solvers.six_dof.roots import Root
+from solvers.six_dof.cells.roots import Root
+from solvers.six_dof.cells.tube import GluedTube, Tube
 
 Floats = NDArray[np.float64]
 
@@ -27,7 +28,7 @@ FORCES = ("load", "load_err")
 LENGTHS = (
     *("exits", "exits_err", "exit_steps", "exit_steps_err"),
     *("arms", "arms_err", "arm_steps", "arm_steps_err"),
-    *("lengths", "size"),
+    *("lengths", "exit_spread", "arm_spread", "size"),
 )
 """Fields of a model by their dimension."""
 
@@ -91,12 +92,24 @@ def root_in_metres(root: Root, units: Units) -> Root:
     """
     # t = tension / length.
     exponents = np.array([0] * 3 + [units.length] * 3 + [units.force - units.length] * (len(root.box) - 6))
-    return replace(
-        root,
-        box=moved_outward(root.box, exponents),
-        unique=moved_outward(root.unique, exponents),
-        core=moved_outward(root.core, exponents),
-    )
+    changed: dict[str, Any] = {
+        name: moved_outward(getattr(root, name), exponents) for name in ("box", "unique", "core")
+    }
+    if isinstance(root, Tube):
+        column = exponents[:, None]
+        radii, reach = np.ldexp(root.radii, exponents), np.ldexp(root.reach, exponents)
+        changed |= {
+            "polynomial": np.ldexp(root.polynomial, column),
+            # What underflows is moved outwards, and inwards.
+            "radii": np.where(root.radii > 0.0, np.maximum(radii, 1e-300), 0.0),
+            "reach": np.where(reach > 1e-290, reach, 0.0),
+            "squares": np.ldexp(root.squares, 2 * units.length),
+            "radii_of_squares": np.ldexp(root.radii_of_squares, 2 * units.length),
+        }
+    elif isinstance(root, GluedTube):
+        changed["halves"] = tuple(root_in_metres(half, units) for half in root.halves)
+        changed["cut"] = float(np.ldexp(root.cut, 2 * units.length))
+    return replace(root, **changed)
 
 
 def moved_outward(box: Floats, exponents: NDArray[np.int64]) -> Floats:

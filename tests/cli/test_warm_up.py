@@ -117,7 +117,7 @@ def test_a_unit_that_fails_is_named(monkeypatch):
     ("module", "words"),
     [
         ("solvers.point_mass.one_call", "point masses"),
-        ("solvers.six_dof.root_search", "six-dof platforms"),
+        ("solvers.six_dof.cells.root_search", "six-dof platforms"),
         ("solvers.six_dof.track", "trackers of platforms"),
         ("solvers.six_dof.cells.certified_pose_cells", "certificates of platforms"),
     ],

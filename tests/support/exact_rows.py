@@ -10,10 +10,10 @@ from typing import Any
 
 
 class Point:
-    """Values of the noise symbols, and the monomials that belong to a row's coefficients."""
+    """Values of the symbols, and the monomials that belong to a row's coefficients."""
 
-    def __init__(self, eps: Sequence[Fraction]) -> None:
-        self.eps = list(eps)
+    def __init__(self, eps: Sequence[Fraction], delta: Sequence[Fraction] = ()) -> None:
+        self.eps, self.delta = list(eps), list(delta)
         common = math.lcm(*(e.denominator for e in eps))
         n = [e.numerator * (common // e.denominator) for e in eps]
         self.denominator = common**2
@@ -27,4 +27,13 @@ def polynomial(row: Any, at: Point) -> Fraction:
     ratios = [float(a).as_integer_ratio() for a in row[: len(at.numerators)]]
     digits = max(q.bit_length() for _, q in ratios)
     total = sum((p * m) << (digits - q.bit_length()) for (p, q), m in zip(ratios, at.numerators, strict=True))
-    return Fraction(total, at.denominator << (digits - 1))
+    # The slopes in the symbols of data stand behind the error and two sums.
+    slopes = row[len(at.numerators) + 3 :][: len(at.delta)]
+    of_data = sum((Fraction(a) * d for a, d in zip(slopes, at.delta, strict=True)), Fraction(0))
+    return Fraction(total, at.denominator << (digits - 1)) + of_data
+
+
+def error_column(symbols: Any) -> int:
+    """Return the column of a row's error; behind it are the sums |l| and |q|."""
+    k = len(symbols.noise)
+    return 1 + k + k * (k + 1) // 2

@@ -15,24 +15,37 @@ from cdpr_interval.engine import rows as engine_rows
 from cdpr_interval.engine.scratch import Scratch
 from cdpr_interval.exact.enclosure import enclose
 from cdpr_interval.kernels.lanes import LANES
-from cdpr_interval.kernels.second_order import ROTATION_ONLY, WHOLE_POSE, Symbols, width
+from cdpr_interval.kernels.second_order import (
+    POSE_AND_DATA,
+    ROTATION_AND_DATA,
+    ROTATION_ONLY,
+    WHOLE_POSE,
+    Symbols,
+    width,
+)
 from cdpr_interval.mechanics.six_dof import geometry as platform_polynomials
 from cdpr_interval.mechanics.six_dof import rows as platform_rows
 from solvers.six_dof.cells import bounds as platform_bounds
 from solvers.six_dof.cells import branch as platform_branch
 from solvers.six_dof.cells import pose_cells as platform_pose
+from solvers.six_dof.cells import ranged_cells as platform_ranged
 from solvers.six_dof.cells import rotation_cells as platform_turn
 from solvers.six_dof.cells.columns import POSE_COLUMNS, ROTATION_COLUMNS
 from solvers.six_dof.cells.kinds import Context
+from solvers.six_dof.cells.tube_offsets import Tubes
 from tests.support import lane_calls as calls
 from tests.support import lane_platform as platform
-from tests.support.exact_rows import Point, polynomial
+from tests.support.exact_rows import Point, error_column, polynomial
 from tests.support.kernel_callers import Callers
 from tests.support.planted_platform import Planted, Vector
 
 forms = Callers(platform_polynomials, platform_rows, engine_rows)
 pose = Callers(platform_pose, platform_bounds, platform_batch, engine_rows, platform_rows)
 turn = Callers(platform_turn, platform_bounds, platform_branch, platform_batch, engine_rows, platform_rows)
+ranged_cells = Callers(platform_ranged)
+
+SPACES = {False: (ROTATION_ONLY, WHOLE_POSE), True: (ROTATION_AND_DATA, POSE_AND_DATA)}
+"""The symbols of cells in u and in (u, x), without and with those of data that have ranges."""
 
 
 @dataclass(frozen=True)
@@ -139,7 +152,9 @@ class Lane:
         self.batch, self.lane, self.trial = batch, lane, trial
         self.F, self.W = batch.F[:, :, lane], batch.W[:, :, lane]
         self.cell = batch.C[0, :, lane].copy()
-        self.at = Point([Fraction(0)] * len(batch.S))
+        self.error = error_column(batch.S)
+        self.delta = choice_of(trial.robot, batch.S) if trial else [Fraction(0) for _ in batch.S.data]
+        self.at = Point([Fraction(0)] * len(batch.S.noise), self.delta)
         self.room = Fraction(0)
         self.found = True
         """Whether the position is a smooth branch."""
@@ -152,19 +167,19 @@ class Lane:
     def point(self, values: Sequence[Fraction]) -> None:
         """Set the point by the values of the first symbols' variables."""
         C = self.batch.C
-        eps = [Fraction(0)] * len(self.batch.S)
+        eps = [Fraction(0)] * len(self.batch.S.noise)
         for k, value in enumerate(values):
             m, r = platform.middle_and_radius(C[0, 2 * k], C[0, 2 * k + 1])
             rest = value - Fraction(m[self.lane])
             eps[k] = rest / Fraction(r[self.lane]) if r[self.lane] else rest
             assert abs(eps[k]) <= 1
-        self.at = Point(eps)
+        self.at = Point(eps, self.delta)
 
     def encloses(self, row: int, value: Fraction) -> None:
         """Assert that a row encloses the value at the point."""
         form = self.F[row]
         assert np.all(np.isfinite(form))
-        assert abs(value - polynomial(form, self.at)) <= Fraction(form[-3]) + self.room
+        assert abs(value - polynomial(form, self.at)) <= Fraction(form[self.error]) + self.room
 
     def enclose_all(self, first: int, values: Iterable[Fraction]) -> None:
         for k, value in enumerate(values):
@@ -183,7 +198,7 @@ class Lane:
         for k in range(3):
             form = self.F[forms.POSITION + k]
             assert np.all(np.isfinite(form))
-            error, slope = Fraction(form[-3]) + self.room, Fraction(form[column])
+            error, slope = Fraction(form[self.error]) + self.room, Fraction(form[column])
             rest = x[k] - polynomial(form, self.at)
             if slope == 0:
                 assert abs(rest) <= error
@@ -193,7 +208,18 @@ class Lane:
         assert low <= high
         eps = list(self.at.eps)
         eps[turn.ERROR_SYMBOL] = (low + high) / 2
-        self.at = Point(eps)
+        self.at = Point(eps, self.delta)
+
+
+def choice_of(robot: Planted, S: Symbols) -> list[Fraction]:
+    """Return the values of the symbols of data that the exact lengths are."""
+    found = []
+    for i, _ in enumerate(S.data):
+        error = Fraction(robot.model.lengths_sq_err[i]) if i < robot.n else Fraction(0)
+        gap = robot.lengths_sq[i] - Fraction(robot.model.lengths_sq[i]) if error else Fraction(0)
+        found.append(gap / error if error else gap)
+    assert all(abs(delta) <= 1 for delta in found)
+    return found
 
 
 def batches(S: Symbols, trials: Sequence[Trial]) -> Iterator[Batch]:
@@ -203,9 +229,9 @@ def batches(S: Symbols, trials: Sequence[Trial]) -> Iterator[Batch]:
         yield Batch(S, [trial.cell for trial in chosen], chosen)
 
 
-def turn_batches(trials: Sequence[Trial]) -> Iterator[Batch]:
+def turn_batches(trials: Sequence[Trial], ranged: bool = False) -> Iterator[Batch]:
     """Write the rows of cells in u; ``found`` tells whether the position is a smooth branch."""
-    for batch in batches(ROTATION_ONLY, trials):
+    for batch in batches(SPACES[ranged][0], trials):
         F, W, C, S, model = batch.F, batch.W, batch.C, batch.S, batch.model
         branch = np.array([lane.trial.branch for lane in batch.lanes if lane.trial], dtype=float)
         branch = np.concatenate([branch, np.full(LANES - len(branch), branch[-1])])
@@ -218,15 +244,22 @@ def turn_batches(trials: Sequence[Trial]) -> Iterator[Batch]:
         yield batch
 
 
-def pose_batches(trials: Sequence[Trial]) -> Iterator[Batch]:
+def pose_batches(trials: Sequence[Trial], ranged: bool = False) -> Iterator[Batch]:
     """Write the rows of (u, x) cells."""
-    for batch in batches(WHOLE_POSE, trials):
+    for batch in batches(SPACES[ranged][1], trials):
         F, S = batch.F, batch.S
         forms.rotation_rows(F, batch.C, POSE_COLUMNS.chart, S)
         forms.triple_rows(F, batch.model, S)
         pose.position_variables(F, batch.C, S)
         forms.wrench_rows(F, batch.model, S)
         yield batch
+
+
+def no_tubes(model: Any, count: int = 0) -> Tubes:
+    """Return room for so many tubes."""
+    k = 6 + model.n_taut
+    shapes = ((3, 2), (k,), (k, 6), (k,), (k,))
+    return Tubes(np.zeros(count, dtype=np.int64), *(np.zeros((count, *shape)) for shape in shapes))
 
 
 Verdict = tuple[int, Any]
@@ -236,9 +269,14 @@ Verdict = tuple[int, Any]
 class Stepper:
     """One thread's scratch around a search's ``process``."""
 
-    def __init__(self, search: Any, model: Any, roots: Any = None, leaf_size: float = 1e-9) -> None:
+    def __init__(
+        self, search: Any, model: Any, roots: Any = None, leaf_size: float = 1e-9, *, ranged: bool = False
+    ) -> None:
         self.search = search
-        S = ROTATION_ONLY if search is turn else WHOLE_POSE
+        self.process = search.process
+        if ranged:
+            self.process = ranged_cells.process_turns if search is turn else ranged_cells.process_poses
+        S = SPACES[ranged][0 if search is turn else 1]
         columns = ROTATION_COLUMNS if search is turn else POSE_COLUMNS
         self.width = columns.width
         self.F = np.full((platform_rows.FORMS.height, width(S), LANES), np.nan)
@@ -246,7 +284,8 @@ class Stepper:
         self.C = np.full((1, self.width, LANES), np.nan)
         self.states, self.verdicts = np.full((2, LANES), 99)
         self.children = np.full((2 * LANES, self.width), np.nan)
-        roots = np.empty((0, 1 + 2 * (6 + model.n_taut))) if roots is None else roots
+        if roots is None:
+            roots = no_tubes(model) if ranged else np.empty((0, 1 + 2 * (6 + model.n_taut)))
         scratch = Scratch(S, self.F, self.W, self.C, self.states, self.verdicts)
         self.context = Context(model, roots, leaf_size, columns, (0,) * columns.variables, scratch)
 
@@ -255,7 +294,7 @@ class Stepper:
         for lane in range(LANES):
             last = cells[-1] if spare is None else spare
             self.C[0, :, lane] = cells[lane] if lane < len(cells) else last
-        self.search.process(self.context, len(cells), self.children)
+        self.process(self.context, len(cells), self.children)
         done: list[Verdict] = []
         for lane in range(len(cells)):
             verdict = int(self.verdicts[lane])

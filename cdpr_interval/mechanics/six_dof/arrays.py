@@ -64,6 +64,13 @@ class Model(NamedTuple):
     load: Floats
     """(3,) f."""
     load_err: Floats
+    exit_spread: Floats
+    """(N, 3) how far exit points may be from the middles above, along the axes.
+
+    Where these spreads are not zero, ``lengths`` are the distances between the middle points that go with the
+    cables' own lengths: longer and shorter by as much as exit point and arm may move."""
+    arm_spread: Floats
+    """(N,) how far arms may be from their middles."""
     size: float
     """A length of the platform, by which moments are divided (only scales float work)."""
     orders: Ints
@@ -208,6 +215,8 @@ def build_model(
         lengths_sq_err=l_sq_err,
         load=f,
         load_err=f_err,
+        exit_spread=np.zeros((count, 3)),
+        arm_spread=np.zeros(count),
         size=platform_size(b[:n_taut]),
         orders=central_first(triples_by_spread(a, b, n_taut), central),
     )

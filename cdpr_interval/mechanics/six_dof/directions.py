@@ -14,7 +14,7 @@ from numba import types
 
 from cdpr_interval.kernels.kernel import kernel
 from cdpr_interval.kernels.lanes import LaneArray, array3, load, root, splat, store, where_less
-from cdpr_interval.kernels.second_order import Forms, Symbols, signatures
+from cdpr_interval.kernels.second_order import Forms, Symbols, signatures, slope_column
 from cdpr_interval.mechanics.six_dof.rows import (
     BASIS,
     COLUMNS,
@@ -146,16 +146,15 @@ def choose_y(W: LaneArray, m: int) -> None:
 @kernel(signatures(types.void, array3, INT, INT))
 def choose_slopes(F: Forms, W: LaneArray, n: int, m: int, S: Symbols) -> None:
     """Write slopes of y that cancel the slopes of y . w_i, i < m (i = n is the load)."""
-    K = len(S)
-    for symbol in range(K):
-        slope = Y + 1 + symbol
+    for symbol in range(len(S.noise) + len(S.data)):
+        slope, column = Y + 1 + symbol, slope_column(symbol, S)
         for k in range(6):
             store(W, slope, k, 0.0)
         for i in range(m):
             row = wrench_of(i, n)
             s = splat(0.0)
             for k in range(6):
-                s -= load(W, Y, k) * load(F, row + k, 1 + symbol)
+                s -= load(W, Y, k) * load(F, row + k, column)
             s = s / load(W, COLUMNS + i, NORM)
             for k in range(6):
                 store(W, slope, k, load(W, slope, k) + s * load(W, DUAL + i, k))

@@ -29,6 +29,7 @@ from cdpr_interval.kernels.rounding import inflate_lanes, up_lanes
 from cdpr_interval.kernels.second_order import (
     Forms,
     Symbols,
+    add_datum,
     add_product,
     add_scaled,
     close,
@@ -37,11 +38,13 @@ from cdpr_interval.kernels.second_order import (
     constant,
     copy,
     cross3,
+    data_sum,
     largest,
     magnitude,
     multiply,
     scale,
     signatures,
+    slope_column,
     widen,
 )
 from cdpr_interval.mechanics.six_dof.rows import (
@@ -85,7 +88,7 @@ def first_vector(a: Any, i: int, j: int) -> tuple[Lanes, Lanes, Lanes]:
 @kernel(signatures(types.void, types.int64, lanes))
 def settle(F: Forms, i: int, mag: Lanes, S: Symbols) -> None:
     """Finish a row whose coefficients were written by hand with a few roundings of terms of size ``mag``."""
-    K = len(S)
+    K = len(S.noise)
     Q = 1 + K + K * (K + 1) // 2
     store(F, i, Q, inflate_lanes(splat(0.0), 4.0 * mag, 20.0))
     close(F, i, S)
@@ -105,7 +108,7 @@ def rotation_rows(F: Forms, C: LaneArray, chart: int, S: Symbols) -> None:
 
     Symbols 0..2 are the entries of u.
     """
-    K = len(S)
+    K = len(S.noise)
     m0, r0 = middle_and_radius(load(C, 0, 0), load(C, 0, 1))
     m1, r1 = middle_and_radius(load(C, 0, 2), load(C, 0, 3))
     m2, r2 = middle_and_radius(load(C, 0, 4), load(C, 0, 5))
@@ -161,7 +164,13 @@ def cable_rows(F: Forms, block: int, model: Any, i: int, pivot: int, S: Symbols)
     # K = (|a|^2 + |b|^2 + l_1^2 - l_i^2) / 2 - a . R b
     l1, li = model.lengths_sq[pivot], model.lengths_sq[i]
     half = 0.5 * (model.square[i, pivot] + (l1 - li))
-    squares = model.square_err[i, pivot] + model.lengths_sq_err[pivot] + model.lengths_sq_err[i]
+    squares = model.square_err[i, pivot]
+    # Lengths of taut cables stay symbols where there are such.
+    ranged = len(S.data) > 0
+    if not ranged:
+        squares += model.lengths_sq_err[pivot]
+    if not ranged or i >= model.n_taut:
+        squares += model.lengths_sq_err[i]
     squares = splat(squares)
     size = splat(abs(model.square[i, pivot]) + abs(l1) + abs(li))
     error = 0.5 * inflate_lanes(squares, size, 10.0) * most
@@ -169,6 +178,10 @@ def cable_rows(F: Forms, block: int, model: Any, i: int, pivot: int, S: Symbols)
         error += model.exit_steps_err[i, pivot, k] * largest(F, block + ARM + k, S)
     combine3(F, block + OFFSET, block + ARM, -a0, -a1, -a2, inflate_lanes(error, splat(0.0), 20.0), S)
     add_scaled(F, block + OFFSET, SCALE, splat(half), S)
+    if ranged:
+        add_datum(F, block + OFFSET, SCALE, pivot, 0.5 * model.lengths_sq_err[pivot], S)
+        if i < model.n_taut:
+            add_datum(F, block + OFFSET, SCALE, i, -0.5 * model.lengths_sq_err[i], S)
     one = splat(1.0)
     for k in range(3):
         a = splat(model.exit_steps[i, pivot, k])
@@ -215,6 +228,23 @@ def length_row(F: Forms, out: int, block: int, S: Symbols) -> None:
         add_product(F, out, block + CENTRE + k, POSITION + k, -1.0, S)
 
 
+@kernel(signatures(types.void, types.int64, types.int64, types.float64, types.float64))
+def subtract_square(F: Forms, row: int, cable: int, square: float, square_err: float, S: Symbols) -> None:
+    """Subtract l_i^2 from a row; its range rides on the cable's symbol of data; without such an error."""
+    P = len(S.data)
+    error = splat(0.0 if P > 0 else square_err)
+    centre = load(F, row, 0) - square
+    store(F, row, 0, centre)
+    if P > 0:
+        column = slope_column(len(S.noise) + cable, S)
+        slope = load(F, row, column) - square_err
+        store(F, row, column, slope)
+        store(F, row, slope_column(len(S.noise) + P, S), data_sum(F, row, S))
+        widen(F, row, inflate_lanes(error, abs(centre) + square + abs(slope) + square_err, 4.0), S)
+    else:
+        widen(F, row, inflate_lanes(error, abs(centre) + square, 4.0), S)
+
+
 @kernel()
 def load_rows(F: Forms, model: Any, S: Symbols) -> None:
     """Write s w_0 = s (f, -r_1 x f / size)."""
@@ -256,3 +286,37 @@ def wrench_rows(F: Forms, model: Any, S: Symbols) -> None:
             widen(F, SCRATCH + k, inflate_lanes(error, magnitude(F, SCRATCH + k, S), 10.0), S)
         cross3(F, w + 3, block + ARM, SCRATCH, S)
     load_rows(F, model, S)
+    if len(S.data) > 0:
+        spread_wrenches(F, model, S)
+
+
+@kernel()
+def spread_wrenches(F: Forms, model: Any, S: Symbols) -> None:
+    """Let exit points and arms be off by the model's spreads in the rows of wrenches and load.
+
+    |R b| = |b|, so that a change of arms enters by its length. Moments are about the pivot's own platform
+    point: q_i changes by the arms of both cables.
+    """
+    pivot = model.orders[0, 0]
+    size = 1.0 / model.size
+    zero = splat(0.0)
+    most = largest(F, SCALE, S)
+    own = model.arm_spread[pivot]
+    for j in range(model.n_taut):
+        i, w = model.orders[0, j], WRENCH + DIMENSIONS * j
+        arm = model.arm_spread[i]
+        gap, lever = arm, 0.0
+        for k in range(3):
+            gap += model.exit_spread[i, k]
+            lever += abs(model.arm_steps[0, i, pivot, k])
+        spoke = model.lengths[i, 1] + gap
+        moment = size * ((arm + own) * (spoke + gap) + lever * gap) if j > 0 else 0.0
+        for k in range(3):
+            force = model.exit_spread[i, k] + arm
+            widen(F, w + k, inflate_lanes(most * force, zero, 10.0), S)
+            widen(F, w + 3 + k, inflate_lanes(most * moment, zero, 40.0), S)
+    load = 0.0
+    for k in range(3):
+        load += abs(model.load[k]) + model.load_err[k]
+    for k in range(3):
+        widen(F, LOAD + 3 + k, inflate_lanes(most * (size * own * load), zero, 20.0), S)

@@ -7,7 +7,7 @@ more symbol, or one more cable, is a change of these numbers.
 from __future__ import annotations
 
 from cdpr_interval.engine import rows as engine
-from cdpr_interval.engine.rows import MOST_SYMBOLS, MOST_VARIABLES, Table
+from cdpr_interval.engine.rows import MOST_DATA, MOST_SYMBOLS, MOST_VARIABLES, Table
 
 U_SYMBOLS = 3
 """Symbols 0..2 are u."""
@@ -67,7 +67,7 @@ COLUMNS = WORK.take("COLUMNS", MOST_TAUT + 1, DIMENSIONS + 2)
 """Wrenches and load at the centre, normalised (0..5); then at the places:"""
 NORM, RIGHT = DIMENSIONS, DIMENSIONS + 1
 """Their norms, right sides."""
-Y = WORK.take("Y", moving_rows(MOST_SYMBOLS), DIMENSIONS)
+Y = WORK.take("Y", moving_rows(MOST_SYMBOLS + MOST_DATA), DIMENSIONS)
 """y, then its slopes."""
 KEPT_Y = WORK.take("KEPT_Y", 1, DIMENSIONS)
 """y of lanes that need no other."""
@@ -97,6 +97,8 @@ BOUNDS = WORK.take("BOUNDS", 2, 3)
 """Lower, then upper bounds of p."""
 TENSIONS = WORK.take("TENSIONS", 2, MOST_TAUT)
 """The same of t, in the cell's order."""
+OFFSETS = WORK.take("OFFSETS", 2, 6 + MOST_TAUT)
+"""Lower, then upper bounds of (u, p, t) less a tube's polynomial, t in the cell's order."""
 BEFORE = WORK.take("BEFORE", 1, 2 * MOST_VARIABLES)
 """The cell before a cut."""
 MOVING = WORK.take("MOVING")

@@ -289,11 +289,11 @@ def largest(z: Any) -> float:
     return most
 
 
-@entry("b1(f8[:, :, ::1], f8[:, ::1], i8[::1], f8[:, ::1], f8[::1], f8[:, ::1], b1, f8[:, ::1])")
-def existence_box(data: Any, rows: Any, free: Any, C: Any, z: Any, f: Any, ranges: bool, box: Any) -> bool:
+@entry("b1(f8[:, :, ::1], f8[:, ::1], i8[::1], f8[:, ::1], f8[::1], f8[:, ::1], f8[:, ::1])")
+def existence_box(data: Any, rows: Any, free: Any, C: Any, z: Any, f: Any, box: Any) -> bool:
     """Grow a box around z (6 + n,) until the Krawczyk operator maps it strictly into itself, and contract it.
 
-    ``f`` (m, 2) are the residuals at z; without ``ranges`` of the data, only rounding is left after one step.
+    ``f`` (m, 2) are the residuals at z. Of exact data only rounding is left after one step.
 
     Guarantee: where True is returned, ``box`` (6 + n, 2) holds exactly one zero for every choice of data.
     """
@@ -302,7 +302,7 @@ def existence_box(data: Any, rows: Any, free: Any, C: Any, z: Any, f: Any, range
     point(z, whole)
     for i in range(free.shape[0]):
         x[i] = z[free[i]]
-    proved = existence(apply, (data, rows, free, C, whole), C, x, f, largest(z), ranges, part)
+    proved = existence(apply, (data, rows, free, C, whole), C, x, f, largest(z), False, part)
     scatter(part, free, box)
     return proved
 

@@ -1,1 +1,1 @@
-"""Cells of the search: what they are tested for, how they are cut and split, and notes of their fates."""
+"""The search of one taut subset: cells, what they are put to, and the roots or tubes that settle them."""

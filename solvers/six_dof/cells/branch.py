@@ -36,7 +36,7 @@ from cdpr_interval.kernels.second_order import (
     signatures,
     widen,
 )
-from cdpr_interval.mechanics.six_dof.geometry import length_row, third_block
+from cdpr_interval.mechanics.six_dof.geometry import length_row, subtract_square, third_block
 from cdpr_interval.mechanics.six_dof.rows import (
     CENTRE,
     ERROR_SYMBOL,
@@ -103,12 +103,15 @@ def invert_triple(F: Forms, W: LaneArray, third: int) -> None:
             store(W, TRIPLE_INVERSE + k, column, inverse * load(W, TRIPLE_INVERSE + k, column))
 
 
-@kernel(types.void(array3, array3, INT, INT, INT, INT))
-def taylor_term(F: Forms, W: LaneArray, third: int, column: int, a: int, b: int) -> None:
-    """Solve for x~ in ``column``; a, b are the columns of its two symbols, -1 for a linear term."""
+@kernel(types.void(array3, array3, INT, INT, INT, INT, types.float64))
+def taylor_term(F: Forms, W: LaneArray, third: int, column: int, a: int, b: int, square: float) -> None:
+    """Solve for x~ in ``column``; a, b are the columns of its two symbols, -1 for a linear term.
+
+    ``square``: the slope of l_1^2 in that column.
+    """
     r0 = load(F, SECOND + OFFSET, column)
     r1 = load(F, third + OFFSET, column)
-    r2 = splat(0.0)
+    r2 = splat(0.5 * square)
     for k in range(3):
         x = POSITION + k
         d, e = SECOND + CENTRE + k, third + CENTRE + k
@@ -129,26 +132,29 @@ def taylor_term(F: Forms, W: LaneArray, third: int, column: int, a: int, b: int)
         store(F, POSITION + k, column, entry)
 
 
-@kernel(signatures(types.void, array3, INT))
-def approximate_position(F: Forms, W: LaneArray, third: int, S: Symbols) -> None:
+@kernel(signatures(types.void, array3, INT, INT, types.float64))
+def approximate_position(F: Forms, W: LaneArray, third: int, pivot: int, spread: float, S: Symbols) -> None:
     """Write x~ to POSITION: the second-order Taylor polynomial of the branch through W[FOOT]; no error.
 
-    Its coefficients are not finite where the branch has none.
+    ``spread`` : how far l_1^2 goes with the pivot's symbol of data, where there is one. The coefficients
+    are not finite where the branch has none.
     """
-    K = len(S)
+    K, P = len(S.noise), len(S.data)
     Q = 1 + K + K * (K + 1) // 2
     invert_triple(F, W, third)
     for k in range(3):
         constant(F, POSITION + k, load(W, FOOT, k), splat(0.0), S)
     q = 1 + 2 * K
     for a in range(U_SYMBOLS):
-        taylor_term(F, W, third, 1 + a, -1, -1)
+        taylor_term(F, W, third, 1 + a, -1, -1, 0.0)
     for a in range(U_SYMBOLS):
-        taylor_term(F, W, third, 1 + K + a, 1 + a, 1 + a)
+        taylor_term(F, W, third, 1 + K + a, 1 + a, 1 + a, 0.0)
+    for datum in range(P):
+        taylor_term(F, W, third, Q + 3 + datum, -1, -1, spread if datum == pivot else 0.0)
     for a in range(K):
         for b in range(a + 1, K):
             if b < U_SYMBOLS:
-                taylor_term(F, W, third, q, 1 + a, 1 + b)
+                taylor_term(F, W, third, q, 1 + a, 1 + b, 0.0)
             q += 1
     for k in range(3):
         store(F, POSITION + k, Q, 0.0)
@@ -172,13 +178,20 @@ def vector_largest(F: Forms, row: int, S: Symbols) -> Lanes:
     return up_lanes(root(inflate_lanes(total, splat(0.0), 10.0)))
 
 
-@kernel(signatures(lanes, array3, INT, types.float64, types.float64, lanes))
+@kernel(signatures(lanes, array3, INT, INT, types.float64, types.float64, lanes))
 def position_rows(
-    F: Forms, W: LaneArray, third: int, square: float, square_err: float, branch: Lanes, S: Symbols
+    F: Forms,
+    W: LaneArray,
+    third: int,
+    pivot: int,
+    square: float,
+    square_err: float,
+    branch: Lanes,
+    S: Symbols,
 ) -> Lanes:
     """Enclose x over the cells on one branch (the sign of sigma) in the rows POSITION; 1 where that succeeds.
 
-    ``square``, ``square_err`` : l_1^2.
+    ``square``, ``square_err`` : l_1^2; of the pivot's symbol of data, where there is one, its range.
 
     Guarantee: where 1 is returned, every x with branch * sigma >= 0 that satisfies the three equations of
     the triple at some u of the cell is enclosed at that u. Proof: x - x~ = delta + tau n with n the unit
@@ -189,11 +202,10 @@ def position_rows(
     and at most sqrt|c| (it is real only where c <= h^2). tau rides on ERROR_SYMBOL along the centre's normal.
     """
     zero = splat(0.0)
-    approximate_position(F, W, third, S)
+    approximate_position(F, W, third, pivot, square_err, S)
     rho2, rho3 = residual(F, SECOND, S), residual(F, third, S)
     dot3(F, SCRATCH, POSITION, POSITION, S)
-    store(F, SCRATCH, 0, load(F, SCRATCH, 0) - square)
-    widen(F, SCRATCH, inflate_lanes(splat(square_err), abs(load(F, SCRATCH, 0)) + square, 4.0), S)
+    subtract_square(F, SCRATCH, pivot, square, square_err, S)
     rho1 = largest(F, SCRATCH, S)
     normal = load(W, UNIT_NORMAL, 0), load(W, UNIT_NORMAL, 1), load(W, UNIT_NORMAL, 2)
     # |m| from below: m . n, with |n| <= 1 up to rounding.
@@ -266,5 +278,5 @@ def on_branch(F: Forms, W: LaneArray, model: Any, branch: Lanes, S: Symbols) -> 
     h = root(maximum(height_sq, splat(0.0))) * branch
     for k in range(3):
         store(W, FOOT, k, load(W, FOOT, k) + h * load(W, UNIT_NORMAL, k))
-    proved = position_rows(F, W, third, square, square_err, branch, S)
+    proved = position_rows(F, W, third, pivot, square, square_err, branch, S)
     return where_less(0.0, height_sq, proved, 0.0)

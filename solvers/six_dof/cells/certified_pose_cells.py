@@ -72,7 +72,7 @@ POSITION_SHARE = 0.4
 @kernel(signatures(lanes, types.int64))
 def change(F: Forms, row: int, S: Symbols) -> Lanes:
     """Return the sum of the sizes of a form's coefficients but its value."""
-    K = len(S)
+    K = len(S.noise)
     Q = 1 + K + K * (K + 1) // 2
     return load(F, row, Q) + load(F, row, Q + 1) + load(F, row, Q + 2)
 
@@ -111,7 +111,7 @@ def solve_as_checked(F: Forms, W: LaneArray, count: int, S: Symbols) -> int:
 
     Writes PIVOT.. and W[PIVOTS] as ``contraction.solve_for_pivots`` does.
     """
-    K = len(S)
+    K = len(S.noise)
     for s in range(MOST_PIVOTS):
         store(W, PIVOTS, s, -1.0)
     for e in range(count):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,10 +13,16 @@ from cdpr_interval.engine.contraction import VARIABLES_OF_POSE, VARIABLES_OF_ROT
 from cdpr_interval.engine.per_thread import per_thread
 from cdpr_interval.engine.scratch import Scratch, new_scratch
 from cdpr_interval.engine.search import Run
-from cdpr_interval.kernels.second_order import ROTATION_ONLY, WHOLE_POSE, Symbols
+from cdpr_interval.kernels.second_order import (
+    POSE_AND_DATA,
+    ROTATION_AND_DATA,
+    ROTATION_ONLY,
+    WHOLE_POSE,
+    Symbols,
+)
 from cdpr_interval.mechanics.six_dof.arrays import Model
 from cdpr_interval.mechanics.six_dof.rows import FORMS, WORK
-from solvers.six_dof.cells import pose_cells, rotation_cells
+from solvers.six_dof.cells import pose_cells, ranged_cells, rotation_cells
 from solvers.six_dof.cells.columns import POSE_COLUMNS, ROTATION_COLUMNS, Columns
 
 Floats = NDArray[np.float64]
@@ -26,11 +32,11 @@ class Context(NamedTuple):
     """What a compiled search looks at cells with."""
 
     model: Model
-    roots: Floats
-    """(m, 1 + 2 (6 + n)) chart, lo and hi of the uniqueness boxes of the roots known."""
+    roots: Any
+    """(m, 1 + 2 (6 + n)) chart, lo and hi of the uniqueness boxes of the roots known; or ``Tubes``."""
     leaf_size: float
     columns: Columns
-    variables: Symbols
+    variables: tuple[int, ...]
     """An entry for each variable of the search."""
     scratch: Scratch
 
@@ -41,7 +47,7 @@ class CellKind:
 
     columns: Columns
     symbols: Symbols
-    variables: Symbols
+    variables: tuple[int, ...]
     """An entry for each variable of the search, so that the compiler knows how many there are."""
     enclose_cell: Callable[..., bool]
     """``enclose_cell(scratch, model, cell, lo, hi)``, compiled."""
@@ -63,11 +69,11 @@ class CellKind:
         """
         return bool(self.enclose_cell(self.scratch(), model, cell, lo, hi))
 
-    def context(self, model: Model, roots: Floats, leaf_size: float) -> Context:
+    def context(self, model: Model, roots: Any, leaf_size: float) -> Context:
         """Return what the compiled search looks at cells with in this thread."""
         return Context(model, roots, leaf_size, self.columns, self.variables, self.scratch())
 
-    def run(self, model: Model, roots: Floats, leaf_size: float) -> Run:
+    def run(self, model: Model, roots: Any, leaf_size: float) -> Run:
         """Bind the compiled search to its data and one thread's scratch; see ``Context``."""
         context = self.context(model, roots, leaf_size)
 
@@ -89,3 +95,15 @@ ROTATION_CELLS = CellKind(
 """Cells in u, on one branch of the position or on both."""
 POSE_CELLS = CellKind(POSE_COLUMNS, WHOLE_POSE, VARIABLES_OF_POSE, pose_cells.enclose_cell, pose_cells.run)
 """Cells in (u, x)."""
+RANGED_ROTATION_CELLS = CellKind(
+    ROTATION_COLUMNS,
+    ROTATION_AND_DATA,
+    VARIABLES_OF_ROTATION,
+    rotation_cells.enclose_cell,
+    ranged_cells.run_turns,
+)
+"""Cells in u of a robot whose data have ranges."""
+RANGED_POSE_CELLS = CellKind(
+    POSE_COLUMNS, POSE_AND_DATA, VARIABLES_OF_POSE, pose_cells.enclose_cell, ranged_cells.run_poses
+)
+"""Cells in (u, x) of such a robot."""

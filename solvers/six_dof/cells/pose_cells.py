@@ -20,11 +20,16 @@ from cdpr_interval.engine.contraction import cut_pivots, is_pivot, shrunk, solve
 from cdpr_interval.engine.rows import EMPTY, EQUATION, NO_LENGTH, OPEN, SMALL, SMALLER, VERDICTS, WIDE
 from cdpr_interval.kernels.kernel import entry, kernel
 from cdpr_interval.kernels.lanes import LANES, LaneArray, array3, load, splat, store
-from cdpr_interval.kernels.rounding import inflate_lanes
-from cdpr_interval.kernels.second_order import Forms, Symbols, constant, dot3, signatures, widen
-from cdpr_interval.mechanics.six_dof.geometry import length_row, middle_and_radius, rotation_rows, triple_rows
+from cdpr_interval.kernels.second_order import Forms, Symbols, constant, dot3, signatures
+from cdpr_interval.mechanics.six_dof.geometry import (
+    length_row,
+    middle_and_radius,
+    rotation_rows,
+    subtract_square,
+    triple_rows,
+)
 from cdpr_interval.mechanics.six_dof.rows import BEFORE, BLOCK, CABLE, MOVING, POSITION, U_SYMBOLS
-from solvers.six_dof.cells.bounds import bound_cell
+from solvers.six_dof.cells.bounds import bound_cell, settled
 from solvers.six_dof.cells.columns import POSE_COLUMNS
 from solvers.six_dof.cells.tests import exclude_by_balance, exclude_by_length, exclude_by_slack, process_cells
 
@@ -42,7 +47,7 @@ CUTS = 3
 @kernel(signatures(types.void, array3))
 def position_variables(F: Forms, C: LaneArray, S: Symbols) -> None:
     """Write x on the symbols 3..5."""
-    K = len(S)
+    K = len(S.noise)
     Q = 1 + K + K * (K + 1) // 2
     for k in range(3):
         m, r = middle_and_radius(load(C, 0, 6 + 2 * k), load(C, 0, 7 + 2 * k))
@@ -56,11 +61,7 @@ def length_equations(F: Forms, model: Any, S: Symbols) -> int:
     """Write the equations of the taut cables to EQUATION..; return how many."""
     pivot = model.orders[0, 0]
     dot3(F, EQUATION, POSITION, POSITION, S)
-    square = model.lengths_sq[pivot]
-    centre = load(F, EQUATION, 0) - square
-    store(F, EQUATION, 0, centre)
-    error = inflate_lanes(splat(model.lengths_sq_err[pivot]), abs(centre) + square, 4.0)
-    widen(F, EQUATION, error, S)
+    subtract_square(F, EQUATION, pivot, model.lengths_sq[pivot], model.lengths_sq_err[pivot], S)
     for j in range(1, model.n_taut):
         length_row(F, EQUATION + j, CABLE + BLOCK * j, S)
     return int(model.n_taut)
@@ -122,17 +123,24 @@ def cut_by_lengths(F: Forms, W: LaneArray, model: Any, C: LaneArray, states: Any
     return rank
 
 
+@kernel(inline="always")
+def fill(scratch: Any, model: Any, cell: Any) -> None:
+    """Write one cell (width,) to all lanes, and its rows; ``scratch`` is a ``Scratch``."""
+    S, F, C = scratch.symbols, scratch.forms, scratch.cells
+    fill_lanes(C, cell)
+    rotation_rows(F, C, CHART, S)
+    triple_rows(F, model, S)
+    position_variables(F, C, S)
+
+
 @entry()
 def enclose_cell(scratch: Any, model: Any, cell: Any, lo: Any, hi: Any) -> bool:
     """Enclose (u, p, t) of every equilibrium of the taut cables in one cell (width,); False where that fails.
 
     ``scratch`` is a ``Scratch``; ``lo, hi`` : (6 + n,). With ``lo`` of length 6 only the pose.
     """
+    fill(scratch, model, cell)
     S, F, W, C = scratch.symbols, scratch.forms, scratch.work, scratch.cells
-    fill_lanes(C, cell)
-    rotation_rows(F, C, CHART, S)
-    triple_rows(F, model, S)
-    position_variables(F, C, S)
     return bool(covers(W, bound_cell(F, W, model, C, lo, hi, S), splat(1.0)))
 
 
@@ -203,7 +211,7 @@ def verdict(context: Any, lane: int, children: Any) -> int:
 @kernel(inline="always")
 def process(context: Any, count: int, children: Any) -> None:
     """Exclude, contract, settle or split a batch of cells; see ``tests.process_cells``."""
-    process_cells(exclude, narrow_lanes, verdict, context, count, children)
+    process_cells(exclude, settled, narrow_lanes, verdict, context, count, children)
 
 
 @entry()

@@ -37,11 +37,11 @@ from cdpr_interval.engine.rows import (
     WIDE,
 )
 from cdpr_interval.kernels.kernel import entry, kernel
-from cdpr_interval.kernels.lanes import LANES, LaneArray, load, splat, where_less
+from cdpr_interval.kernels.lanes import LANES, LaneArray, Lanes, load, splat, where_less
 from cdpr_interval.kernels.second_order import Forms, Symbols, cross3
 from cdpr_interval.mechanics.six_dof.geometry import length_row, rotation_rows, third_block, triple_rows
 from cdpr_interval.mechanics.six_dof.rows import BLOCK, CABLE, CENTRE, NORMAL, SECOND, U_SYMBOLS
-from solvers.six_dof.cells.bounds import bound_cell
+from solvers.six_dof.cells.bounds import bound_cell, settled
 from solvers.six_dof.cells.branch import no_position, on_branch
 from solvers.six_dof.cells.columns import ROTATION_COLUMNS
 from solvers.six_dof.cells.tests import exclude_by_balance, exclude_by_length, exclude_by_slack, process_cells
@@ -61,18 +61,28 @@ def prepare(F: Forms, model: Any, C: LaneArray, S: Symbols) -> None:
     cross3(F, NORMAL, SECOND + CENTRE, third_block(model) + CENTRE, S)
 
 
+@kernel(inline="always")
+def fill(scratch: Any, model: Any, cell: Any) -> Lanes:
+    """Write one cell (width,) on one branch to all lanes, and its rows; 1 where its position is enclosed.
+
+    ``scratch`` is a ``Scratch``.
+    """
+    S, F, W, C = scratch.symbols, scratch.forms, scratch.work, scratch.cells
+    fill_lanes(C, cell)
+    prepare(F, model, C, S)
+    return on_branch(F, W, model, load(C, 0, BRANCH), S)
+
+
 @entry()
 def enclose_cell(scratch: Any, model: Any, cell: Any, lo: Any, hi: Any) -> bool:
     """Enclose (u, p, t) of every equilibrium of the taut cables in one cell (width,); False where that fails.
 
     ``scratch`` is a ``Scratch``; ``lo, hi`` : (6 + n,). With ``lo`` of length 6 only the pose.
     """
-    S, F, W, C = scratch.symbols, scratch.forms, scratch.work, scratch.cells
-    fill_lanes(C, cell)
     if cell[BRANCH] == 0.0:
         return False
-    prepare(F, model, C, S)
-    proved = on_branch(F, W, model, load(C, 0, BRANCH), S)
+    proved = fill(scratch, model, cell)
+    S, F, W, C = scratch.symbols, scratch.forms, scratch.work, scratch.cells
     proved = proved * bound_cell(F, W, model, C, lo, hi, S)
     return bool(covers(W, proved, splat(1.0)))
 
@@ -172,7 +182,7 @@ def verdict(context: Any, lane: int, children: Any) -> int:
 @kernel(inline="always")
 def process(context: Any, count: int, children: Any) -> None:
     """Exclude, contract, settle or split a batch of cells; see ``tests.process_cells``."""
-    process_cells(exclude, narrow_lanes, verdict, context, count, children)
+    process_cells(exclude, settled, narrow_lanes, verdict, context, count, children)
 
 
 # As ``pose_cells.run``: numba caches no function made by a function, nor one that is passed another one.

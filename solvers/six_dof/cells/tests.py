@@ -22,7 +22,7 @@ from cdpr_interval.mechanics.six_dof.directions import centre_columns
 from cdpr_interval.mechanics.six_dof.geometry import wrench_rows
 from cdpr_interval.mechanics.six_dof.rows import DIMENSIONS, MOST_TAUT, U_SYMBOLS
 from cdpr_interval.mechanics.six_dof.unloaded import unloaded
-from solvers.six_dof.cells.bounds import settled, slack_excluded
+from solvers.six_dof.cells.bounds import slack_excluded
 
 
 @kernel(inline="always")
@@ -78,6 +78,7 @@ def balance_equations(
 @kernel(inline="always")
 def process_cells(
     exclude: Any,
+    settle: Any,
     narrow_lanes: Any,
     verdict: Any,
     context: Any,
@@ -92,6 +93,9 @@ def process_cells(
         ``exclude(F, W, model, C, states, S)`` gives open lanes without equilibrium their states; returns the
         number of lengths in EQUATION.. and the most pivots of a lane. Lanes still OPEN afterwards have all
         rows written.
+    settle
+        ``settle(F, W, model, roots, C, chart, states, S)`` marks the open lanes as SETTLED all of whose
+        equilibria are one root's.
     narrow_lanes
         ``narrow_lanes(model, C, states)`` leaves those open that are worth contracting; True when there are
         any.
@@ -105,7 +109,7 @@ def process_cells(
     open_first(states, count)
     lengths, rank = exclude(F, W, model, C, states, S)
     if any_open(states):
-        settled(F, W, model, context.roots, C, context.columns.chart, states, S)
+        settle(F, W, model, context.roots, C, context.columns.chart, states, S)
         if narrow_lanes(model, C, states):
             equations = balance_equations(F, W, model, lengths, rank, len(context.variables), S)
             contract_open(F, W, C, states, equations, context.variables, S)

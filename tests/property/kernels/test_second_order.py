@@ -16,9 +16,9 @@ import pytest
 
 from cdpr_interval.kernels import second_order
 from cdpr_interval.kernels.lanes import LANES
-from cdpr_interval.kernels.second_order import ROTATION_ONLY, WHOLE_POSE, Symbols, width
+from cdpr_interval.kernels.second_order import ALL_SYMBOLS, Symbols, width
 from tests.support import lane_calls as calls
-from tests.support.exact_rows import Point, polynomial
+from tests.support.exact_rows import Point, error_column, polynomial
 from tests.support.kernel_callers import Callers
 
 kernels = Callers(second_order)
@@ -36,7 +36,7 @@ EXPONENTS = {
 """Powers of two of the coefficients; products of tiny ones underflow, those of huge ones overflow."""
 
 every_scale = pytest.mark.parametrize("scale", EXPONENTS)
-every_count = pytest.mark.parametrize("S", [ROTATION_ONLY, WHOLE_POSE], ids=["4", "6"])
+every_count = pytest.mark.parametrize("S", ALL_SYMBOLS, ids=lambda S: f"{len(S.noise)}+{len(S.data)}")
 
 
 def coefficient(rng: random.Random, scale: str) -> float:
@@ -64,9 +64,18 @@ def unit_value(rng: random.Random) -> Fraction:
     return Fraction(rng.randint(-(3**30), 3**30), 3**30)
 
 
-def check_sums(row: Any, k: int) -> None:
-    """Assert that the sums |l| and |q| of a row are right up to rounding."""
-    for coefficients, found in ((row[1 : 1 + k], row[-2]), (row[1 + k : -3], row[-1])):
+def symbols(S: Symbols) -> int:
+    """Return how many symbols there are."""
+    return len(S.noise) + len(S.data)
+
+
+def check_sums(row: Any, S: Symbols) -> None:
+    """Assert that the sums |l|, |q| and |d| of a row are right up to rounding."""
+    k, e = len(S.noise), error_column(S)
+    sums = [(row[1 : 1 + k], row[e + 1]), (row[1 + k : e], row[e + 2])]
+    if S.data:
+        sums.append((row[e + 3 : -1], row[-1]))
+    for coefficients, found in sums:
         exact = sum((abs(Fraction(a)) for a in coefficients), Fraction(0))
         assert abs(Fraction(found) - exact) <= exact / 2**48 + Fraction(1, 2**1069)
 
@@ -76,12 +85,13 @@ class Case:
 
     def __init__(self, F: Any, rng: random.Random, S: Symbols) -> None:
         self.F = F
-        self.at = Point([unit_value(rng) for _ in S])
+        self.error = error_column(S)
+        self.at = Point([unit_value(rng) for _ in S.noise], [unit_value(rng) for _ in S.data])
         self.shares = [unit_value(rng) for _ in range(ROWS)]
 
     def value(self, i: int) -> Fraction:
         """Return the number that row ``i`` encloses."""
-        return polynomial(self.F[i], self.at) + Fraction(self.F[i, -3]) * self.shares[i]
+        return polynomial(self.F[i], self.at) + Fraction(self.F[i, self.error]) * self.shares[i]
 
 
 class Batch:
@@ -89,17 +99,18 @@ class Batch:
 
     def __init__(self, rng: random.Random, S: Symbols, scale: str) -> None:
         self.S = S
+        e = error_column(S)
         self.F = np.zeros((ROWS, width(S), LANES))
         for lane in range(LANES):
             # A quarter holds linear rows without errors, whose products lose nothing but roundings.
             linear = scale in ("plain", "mixed", "tiny") and rng.random() < 0.25
             for row in self.F[:, :, lane]:
-                for k in range(width(S) - 3):
+                for k in range(width(S)):
                     row[k] = coefficient(rng, scale)
                 # A third has no error, so that lost roundings show.
-                row[-3] = 0.0 if rng.random() < 0.33 else abs(coefficient(rng, scale))
+                row[e] = 0.0 if rng.random() < 0.33 else abs(coefficient(rng, scale))
                 if linear:
-                    row[1 + len(S) :] = 0.0
+                    row[1 + len(S.noise) :] = 0.0
         self.close()
         self.cases = [Case(self.F[:, :, lane], rng, S) for lane in range(LANES)]
 
@@ -122,14 +133,14 @@ class Batch:
             if not np.all(np.isfinite(row)):
                 assert (lo, hi) == (-math.inf, math.inf)
                 continue
-            assert abs(value - polynomial(row, case.at)) <= Fraction(row[-3])
+            assert abs(value - polynomial(row, case.at)) <= Fraction(row[case.error])
             assert most == math.inf or abs(value) <= Fraction(most)
-            check_sums(row, len(self.S))
+            check_sums(row, self.S)
 
 
 def batches(scale: str, S: Symbols, count: int, seed: int = 0) -> list[Batch]:
     """Return batches of altogether about ``count`` cases."""
-    rng = random.Random(f"{scale} {len(S)} {seed}")
+    rng = random.Random(f"{scale} {len(S.noise)} {seed}")
     return [Batch(rng, S, scale) for _ in range(-(-count // LANES))]
 
 
@@ -157,31 +168,32 @@ def test_bounds_reach_the_extreme_points(scale: str, S: Symbols) -> None:
         for i in range(ROWS):
             for case, lo, hi in zip(batch.cases, *calls.bounds(batch.F, i, S), strict=True):
                 row = case.F[i]
-                eps = [Fraction(rng.choice([-1, 1])) for _ in S]
-                k = rng.randrange(len(S))
-                square = Fraction(row[1 + len(S) + k])
+                eps, delta = ([Fraction(rng.choice([-1, 1])) for _ in x] for x in S)
+                k = rng.randrange(len(S.noise))
+                square = Fraction(row[1 + len(S.noise) + k])
                 if square:
                     others = [*eps[:k], Fraction(0), *eps[k + 1 :]]
-                    base = polynomial(row, Point(others))
-                    slope = polynomial(row, Point([*eps[:k], Fraction(1), *eps[k + 1 :]])) - base - square
+                    base = polynomial(row, Point(others, delta))
+                    one = Point([*eps[:k], Fraction(1), *eps[k + 1 :]], delta)
+                    slope = polynomial(row, one) - base - square
                     eps[k] = min(max(-slope / (2 * square), Fraction(-1)), Fraction(1))
-                value = polynomial(row, Point(eps))
-                assert lo <= value - Fraction(row[-3]) and value + Fraction(row[-3]) <= hi
+                value, error = polynomial(row, Point(eps, delta)), Fraction(row[case.error])
+                assert lo <= value - error and value + error <= hi
 
 
 @every_count
 def test_bounds_of_one_symbol_are_its_range(S: Symbols) -> None:
     rng = random.Random(2)
-    K = len(S)
+    K, e = len(S.noise), error_column(S)
     for batch in batches("plain", S, 100):
         for case in batch.cases:
             row, k = case.F[0], rng.randrange(K)
-            slope, square = row[1 + k], row[1 + K + k]
-            row[1:-3] = 0.0
-            row[1 + k], row[1 + K + k] = slope, square
+            slope, square, error = row[1 + k], row[1 + K + k], row[e]
+            row[1:] = 0.0
+            row[1 + k], row[1 + K + k], row[e] = slope, square, error
         kernels.close(batch.F, 0, S)
         for case, lo, hi in zip(batch.cases, *calls.bounds(batch.F, 0, S), strict=True):
-            c, error = case.F[0, 0], case.F[0, -3]
+            c, error = case.F[0, 0], case.F[0, e]
             slope, square = case.F[0, 1 : 1 + K].sum(), case.F[0, 1 + K : 1 + 2 * K].sum()
             values = [c + slope + square, c - slope + square]
             if abs(slope) < 2 * abs(square):
@@ -194,12 +206,12 @@ def test_bounds_of_one_symbol_are_its_range(S: Symbols) -> None:
 @every_count
 def test_bounds_after_an_overflow_are_the_whole_line(S: Symbols) -> None:
     """In the lane of the overflow only."""
-    columns = width(S) - 2
-    lane = 0
+    e, lane = error_column(S), 0
+    columns = [*range(e + 1), *range(e + 3, e + 3 + len(S.data))]
     for bad in (math.inf, -math.inf, math.nan):
-        for k in range(columns):
+        for k in columns:
             F = np.ones((1, width(S), LANES))
-            F[0, k, lane] = bad if k < columns - 1 else abs(bad)
+            F[0, k, lane] = abs(bad) if k == e else bad
             kernels.close(F, 0, S)
             lo, hi = calls.bounds(F, 0, S)
             most = calls.largest(F, 0, S)
@@ -208,8 +220,8 @@ def test_bounds_after_an_overflow_are_the_whole_line(S: Symbols) -> None:
                     assert (lo[other], hi[other]) == (-math.inf, math.inf)
                     assert not most[other] < math.inf
                 else:
-                    assert -columns - 1 < lo[other] < hi[other] < columns + 1
-                    assert most[other] < columns + 1
+                    assert -len(columns) - 1 < lo[other] < hi[other] < len(columns) + 1
+                    assert most[other] < len(columns) + 1
             lane = (lane + 1) % LANES
 
 
@@ -222,7 +234,7 @@ def test_constant_widen_and_copy(scale: str, S: Symbols) -> None:
         calls.constant(batch.F, OUT, value, error, S)
         share = [unit_value(rng) for _ in range(LANES)]
         batch.check(OUT, combined((value, [Fraction(1)] * LANES), (error, share)))
-        assert not batch.F[OUT, 1:-3].any()
+        assert not np.delete(batch.F[OUT], [0, error_column(S)], axis=0).any()
         kernels.copy(batch.F, OUT, 1, S)
         assert np.array_equal(batch.F[OUT], batch.F[1])
         exact = batch.values(0)
@@ -284,10 +296,10 @@ def test_combine3(scale: str, S: Symbols) -> None:
 def test_combine6_and_moving6(scale: str, S: Symbols) -> None:
     rng = random.Random(6)
     for batch in batches(scale, S, 25):
-        W = np.zeros((2 + len(S), 8, LANES))
+        W = np.zeros((2 + symbols(S), 8, LANES))
         for lane in range(LANES):
             kind = rng.choice([scale, "plain"])
-            for y in range(1, 2 + len(S)):
+            for y in range(1, 2 + symbols(S)):
                 for k in range(6):
                     W[y, k, lane] = coefficient(rng, kind)
         values = [batch.values(2 + k) for k in range(6)]
@@ -297,7 +309,7 @@ def test_combine6_and_moving6(scale: str, S: Symbols) -> None:
         exact = []
         for lane, case in enumerate(batch.cases):
             y = [Fraction(W[1, k, lane]) for k in range(6)]
-            for m, eps in enumerate(case.at.eps):
+            for m, eps in enumerate([*case.at.eps, *case.at.delta]):
                 y = [a + Fraction(W[2 + m, k, lane]) * eps for k, a in enumerate(y)]
             exact.append(sum((a * b[lane] for a, b in zip(y, values, strict=True)), Fraction(0)))
         batch.check(OUT, exact)
@@ -347,6 +359,7 @@ def every_kernel(F: Any, c: Any, W: Any, S: Symbols) -> tuple[Any, ...]:
     calls.combine3(F, 3, 5, c[:3], abs(c[4]), S)
     calls.constant(F, 4, c[5], abs(c[6]), S)
     calls.widen(F, 5, abs(c[7]), S)
+    kernels.add_datum(F, 12, 11, 0, 0.75, S)
     kernels.combine6(F, 6, 0, W, 0, S)
     kernels.moving6(F, 7, 0, W, 1, S)
     kernels.add_product(F, 8, 1, 2, -1.0, S)
@@ -379,7 +392,7 @@ def test_a_lane_does_not_depend_on_its_neighbours_or_its_place(scale: str, S: Sy
     rng = random.Random(8)
     for batch in batches(scale, S, 12, 9):
         c = np.array([coefficients(rng, rng.choice([scale, "plain"])) for _ in range(8)])
-        W = np.array([[coefficients(rng, scale) for _ in range(6)] for _ in range(2 + len(S))])
+        W = np.array([[coefficients(rng, scale) for _ in range(6)] for _ in range(2 + symbols(S))])
         F = batch.F.copy()
         values = every_kernel(F, c, W, S)
         order = rng.sample(range(LANES), LANES)
@@ -402,46 +415,80 @@ def test_plain_rows_stay_finite(S: Symbols) -> None:
     for batch in batches("plain", S, 10):
         kernels.cross3(batch.F, OUT, 0, 3, S)
         kernels.dot3(batch.F, 9, 0, 3, S)
-        kernels.moving6(batch.F, 8, 0, np.ones((8, 6, LANES)), 0, S)
+        kernels.moving6(batch.F, 8, 0, np.ones((1 + symbols(S), 6, LANES)), 0, S)
         assert np.all(np.isfinite(batch.F))
 
 
 @every_count
 def test_products_of_linear_rows_are_exact_up_to_rounding(S: Symbols) -> None:
-    K = len(S)
+    K, e = len(S.noise), error_column(S)
     for batch in batches("plain", S, 100):
         F = batch.F
-        F[:, 1 + K : -2] = 0.0
+        F[:, 1 + K :] = 0.0
         batch.close()
         kernels.multiply(F, OUT, 0, 1, 1.0, S)
         size = abs(F[0, : 1 + K]).sum(axis=0) * abs(F[1, : 1 + K]).sum(axis=0)
-        assert np.all(F[OUT, -3] <= 1e-14 * size + 1e-300)
+        assert np.all(F[OUT, e] <= 1e-14 * size + 1e-300)
         batch.check(OUT, [a * b for a, b in zip(batch.values(0), batch.values(1), strict=True)])
 
 
 @every_count
 def test_products_drop_only_third_and_fourth_order(S: Symbols) -> None:
+    """And products with symbols of data."""
+    e = error_column(S)
     for batch in batches("plain", S, 100):
         F = batch.F
-        F[:, -3] = 0.0
+        F[:, e] = 0.0
         kernels.multiply(F, OUT, 0, 1, 1.0, S)
-        a, b = (abs(F[i, 0]) + F[i, -2] + F[i, -1] for i in (0, 1))
-        dropped = F[0, -2] * F[1, -1] + F[0, -1] * F[1, -2] + F[0, -1] * F[1, -1]
-        assert np.all(F[OUT, -3] <= dropped * (1.0 + 1e-12) + 1e-14 * a * b)
+        (l0, q0, d0), (l1, q1, d1) = ((F[i, e + 1], F[i, e + 2], data_of(F, i, S)) for i in (0, 1))
+        a, b = abs(F[0, 0]) + l0 + q0 + d0, abs(F[1, 0]) + l1 + q1 + d1
+        dropped = l0 * q1 + q0 * l1 + q0 * q1 + d0 * (l1 + q1 + d1) + d1 * (l0 + q0)
+        assert np.all(F[OUT, e] <= dropped * (1.0 + 1e-12) + 1e-14 * a * b)
+
+
+def data_of(F: Any, i: int, S: Symbols) -> Any:
+    """Return the sum |d| of a row, lane by lane."""
+    return F[i, -1] if S.data else np.zeros(LANES)
+
+
+@every_count
+@every_scale
+def test_add_datum(scale: str, S: Symbols) -> None:
+    """A number times a symbol of data times a row; without such symbols, any number of that size."""
+    rng = random.Random(10)
+    for batch in batches(scale, S, 25):
+        c, datum = coefficient(rng, rng.choice([scale, "plain"])), rng.randrange(max(1, len(S.data)))
+        before, factor = batch.values(0), batch.values(1)
+        delta = [case.at.delta[datum] if S.data else unit_value(rng) for case in batch.cases]
+        kernels.add_datum(batch.F, 0, 1, datum, c, S)
+        terms = zip(before, factor, delta, strict=True)
+        batch.check(0, [x + Fraction(c) * d * y for x, y, d in terms])
+
+
+@every_count
+def test_a_datum_times_a_constant_is_exact_up_to_rounding(S: Symbols) -> None:
+    e = error_column(S)
+    for batch in batches("plain", S, 20):
+        F = batch.F
+        F[1, 1:] = 0.0
+        F[0, e] = 0.0
+        kernels.add_datum(F, 0, 1, 0, 0.5, S)
+        most = abs(F[0]).sum(axis=0) + abs(F[1, 0])
+        assert np.all(F[0, e] <= 1e-14 * most + (0.0 if S.data else 0.5 * abs(F[1, 0])))
 
 
 @every_count
 def test_sums_stay_sharp(S: Symbols) -> None:
-    one, zero = np.ones(LANES), np.zeros(LANES)
+    one, zero, e = np.ones(LANES), np.zeros(LANES), error_column(S)
     for batch in batches("plain", S, 100):
         F = batch.F
-        before = F[0, -3] + F[1, -3]
-        size = abs(F[:2, :-3]).sum(axis=(0, 1))
+        size = np.delete(abs(F), e, axis=1).sum(axis=1)
+        before = F[0, e] + F[1, e]
         calls.add_scaled(F, 0, 1, one, S)
-        assert np.all(F[0, -3] <= before * (1.0 + 1e-12) + 1e-14 * size)
+        assert np.all(F[0, e] <= before * (1.0 + 1e-12) + 1e-14 * size[:2].sum(axis=0))
         calls.combine3(F, OUT, 3, np.array([one, -one, one]), zero, S)
-        after = F[3:6, -3].sum(axis=0) * (1.0 + 1e-12) + 1e-14 * abs(F[3:6, :-3]).sum(axis=(0, 1))
-        assert np.all(F[OUT, -3] <= after)
-        before, size = F[6:8, -3].sum(axis=0), abs(F[6:8, :-3]).sum(axis=(0, 1))
+        after = F[3:6, e].sum(axis=0) * (1.0 + 1e-12) + 1e-14 * size[3:6].sum(axis=0)
+        assert np.all(F[OUT, e] <= after)
+        before = F[6:8, e].sum(axis=0)
         calls.combine2(F, OUT, 6, one, 7, -one, S)
-        assert np.all(F[OUT, -3] <= before * (1.0 + 1e-12) + 1e-14 * size)
+        assert np.all(F[OUT, e] <= before * (1.0 + 1e-12) + 1e-14 * size[6:8].sum(axis=0))

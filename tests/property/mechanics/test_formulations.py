@@ -12,7 +12,7 @@ from solvers.answers.data import Outcome
 from solvers.answers.result import Result
 from solvers.six_dof import forward as six_dof
 from solvers.six_dof.cells.kinds import POSE_CELLS
-from solvers.six_dof.subset_search import SubsetSearch, position_cells, start_cells
+from solvers.six_dof.cells.subset_search import SubsetSearch, position_cells, start_cells
 from tests.support.planted.platform import Planted, plant
 from tests.support.planted.verdict import agrees, holds
 

@@ -22,7 +22,12 @@ from cdpr_interval.mechanics.six_dof import directions as platform_directions
 from cdpr_interval.mechanics.six_dof import geometry as platform_polynomials
 from cdpr_interval.mechanics.six_dof import rows as platform_rows
 from solvers.six_dof.cells.columns import POSE_COLUMNS, ROTATION_COLUMNS
-from solvers.six_dof.cells.kinds import POSE_CELLS, ROTATION_CELLS
+from solvers.six_dof.cells.kinds import (
+    POSE_CELLS,
+    RANGED_POSE_CELLS,
+    RANGED_ROTATION_CELLS,
+    ROTATION_CELLS,
+)
 from tests.support import lane_calls as calls
 from tests.support import lane_platform as platform
 from tests.support.kernel_callers import Callers
@@ -68,10 +73,14 @@ SPREADS = (Fraction(0), Fraction(1, 10**7), Fraction(1, 5000))
 """Half widths of the data's ranges."""
 CELLS = (0.8, 0.3, 0.05, 1e-3, 1e-7, 0.0)
 """Widths of the cells."""
+KINDS = {False: (ROTATION_CELLS, POSE_CELLS), True: (RANGED_ROTATION_CELLS, RANGED_POSE_CELLS)}
+"""The two kinds of cells, without and with symbols of data."""
 ROUNDED = Fraction(1, 2**140)
 """What the position off the equilibrium, a square root, may be wrong by."""
 
 every_count = pytest.mark.parametrize("n", COUNTS)
+every_space = pytest.mark.parametrize("ranged", [False, True], ids=["errors", "symbols"])
+"""Ranges of lengths as errors, and as symbols of data."""
 
 
 @cache
@@ -185,12 +194,13 @@ def test_rotation_rows_enclose_every_rotation_of_the_cell(S: Symbols) -> None:
         assert np.all(batch.F[forms.ROTATION : forms.SCALE + 1, -3] < 1e-13)
 
 
+@every_space
 @every_count
-def test_rows_of_pose_cells_enclose_the_geometry(n: int) -> None:
+def test_rows_of_pose_cells_enclose_the_geometry(n: int, ranged: bool) -> None:
     rng = random.Random(2)
     for robot in planted(n):
         trials = [pose_trial(rng, view, reach) for view, reach in mixed(rng, robot)]
-        for batch in pose_batches(trials):
+        for batch in pose_batches(trials, ranged):
             F, S = batch.F, batch.S
             assert pose.length_equations(F, batch.model, S) == n
             kept = F.copy()
@@ -218,8 +228,9 @@ def test_rows_of_pose_cells_enclose_the_geometry(n: int) -> None:
             assert np.array_equal(kept, F, equal_nan=True)
 
 
+@every_space
 @every_count
-def test_smooth_branches_enclose_the_position(n: int) -> None:
+def test_smooth_branches_enclose_the_position(n: int, ranged: bool) -> None:
     """Both branches, at the equilibrium and all over the cell."""
     rng = random.Random(3)
     smooth = points = 0
@@ -230,7 +241,7 @@ def test_smooth_branches_enclose_the_position(n: int) -> None:
             turn_trial(rng, view, reach, branch) for branch in (1, -1) for view, reach in mixed(rng, robot)
         ]
         rng.shuffle(trials)
-        for lane in (lane for batch in turn_batches(trials) for lane in batch.lanes if lane.found):
+        for lane in (lane for batch in turn_batches(trials, ranged) for lane in batch.lanes if lane.found):
             smooth += 1
             lane.room = ROUNDED
             view, branch = lane.robot, int(lane.cell[turn.BRANCH])
@@ -253,8 +264,9 @@ def test_smooth_branches_enclose_the_position(n: int) -> None:
     assert points >= 4 * smooth
 
 
+@every_space
 @every_count
-def test_the_error_of_a_smooth_branch_is_small(n: int) -> None:
+def test_the_error_of_a_smooth_branch_is_small(n: int, ranged: bool) -> None:
     """Third order in the width of u, so that the enclosure is worth its name."""
     compared = 0
     for robot in planted(n)[:3]:
@@ -266,9 +278,9 @@ def test_the_error_of_a_smooth_branch_is_small(n: int) -> None:
                 cell[2 * k : 2 * k + 2] = [float(x) - reach * (not thin), float(x) + reach * (not thin)]
             cell[turn.CHART] = robot.chart
             trials.append(Trial(robot, cell, robot.branch(), reach))
-        (batch,) = turn_batches(trials)
+        (batch,) = turn_batches(trials, ranged)
         wide, narrow = (
-            lane.F[forms.POSITION, -3] + abs(lane.F[forms.POSITION, 1 + turn.ERROR_SYMBOL])
+            lane.F[forms.POSITION, lane.error] + abs(lane.F[forms.POSITION, 1 + turn.ERROR_SYMBOL])
             for lane in batch.lanes
         )
         if batch.lanes[0].found:
@@ -292,15 +304,17 @@ def same(a: Any, b: Any) -> bool:
     return all(np.array_equal(x, y, equal_nan=True) for x, y in zip(a, b, strict=True))
 
 
+@every_space
 @every_count
-def test_pose_and_tensions_of_the_equilibrium_are_enclosed(n: int) -> None:
+def test_pose_and_tensions_of_the_equilibrium_are_enclosed(n: int, ranged: bool) -> None:
     """In every lane of a batch, and just the same for a cell on its own."""
     rng = random.Random(5)
     bounded = 0
+    turns, poses = KINDS[ranged]
     for start in planted(n):
         for robot in start.ordered():
             trials = [turn_trial(rng, view, reach) for view, reach in mixed(rng, robot)]
-            for batch in turn_batches(trials):
+            for batch in turn_batches(trials, ranged):
                 flags = platform.solution_bounds(batch.F, batch.W, batch.model, batch.S)
                 for lane in batch.lanes:
                     exact, known = exact_unknowns(lane.robot), lane.found and flags[lane.lane] > 0.0
@@ -309,35 +323,38 @@ def test_pose_and_tensions_of_the_equilibrium_are_enclosed(n: int) -> None:
                     bounded += known
                     assert not known or between(*found, exact)
                     lo, hi = np.zeros((2, 6 + n))
-                    assert ROTATION_CELLS.enclose(robot.model, lane.cell, lo, hi) == known
+                    assert turns.enclose(robot.model, lane.cell, lo, hi) == known
                     assert not known or same(found, (lo, hi))
-                    assert ROTATION_CELLS.enclose(robot.model, lane.cell, lo[:6], hi[:6]) == lane.found
+                    assert turns.enclose(robot.model, lane.cell, lo[:6], hi[:6]) == lane.found
                     assert not lane.found or same((found[0][:6], found[1][:6]), (lo[:6], hi[:6]))
                     unknown = lane.cell.copy()
                     unknown[turn.BRANCH] = 0.0
-                    assert not ROTATION_CELLS.enclose(robot.model, unknown, lo, hi)
-        for batch in pose_batches([pose_trial(rng, view, reach) for view, reach in mixed(rng, start)]):
+                    assert not turns.enclose(robot.model, unknown, lo, hi)
+        trials = [pose_trial(rng, view, reach) for view, reach in mixed(rng, start)]
+        for batch in pose_batches(trials, ranged):
             flags = platform.solution_bounds(batch.F, batch.W, batch.model, batch.S)
             for lane in batch.lanes:
                 exact = exact_unknowns(lane.robot)
                 found = batch.read(lane.lane, 6 + n)
                 assert between(found[0][:6], found[1][:6], exact[:6])
                 lo, hi = np.zeros((2, 6 + n))
-                known = POSE_CELLS.enclose(start.model, lane.cell, lo, hi)
+                known = poses.enclose(start.model, lane.cell, lo, hi)
                 assert known == (flags[lane.lane] > 0.0)
                 if known:
                     bounded += 1
                     assert between(lo, hi, exact) and same(found, (lo, hi))
-                assert POSE_CELLS.enclose(start.model, lane.cell, lo[:6], hi[:6])
+                assert poses.enclose(start.model, lane.cell, lo[:6], hi[:6])
                 assert same((found[0][:6], found[1][:6]), (lo[:6], hi[:6]))
     assert bounded >= 4 * len(planted(n))
 
 
+@every_space
 @every_count
-def test_position_bounds_hold_every_position_of_the_cell(n: int) -> None:
+def test_position_bounds_hold_every_position_of_the_cell(n: int, ranged: bool) -> None:
     rng = random.Random(6)
     for robot in planted(n):
-        for batch in pose_batches([pose_trial(rng, view, reach) for view, reach in mixed(rng, robot)]):
+        trials = [pose_trial(rng, view, reach) for view, reach in mixed(rng, robot)]
+        for batch in pose_batches(trials, ranged):
             turn.position_bounds(batch.F, batch.W, batch.model, batch.S)
             for lane in batch.lanes:
                 lo, hi = batch.read(lane.lane, 6)
@@ -432,7 +449,9 @@ def test_tension_bounds_are_tight_at_a_point(n: int) -> None:
                     assert np.all(hi - lo < 1e-7)
 
 
-def at_equilibrium(rng: random.Random, robot: Planted, reaches: Sequence[float]) -> Iterator[Batch]:
+def at_equilibrium(
+    rng: random.Random, robot: Planted, reaches: Sequence[float], ranged: bool = False
+) -> Iterator[Batch]:
     """Yield the rows of cells with the equilibrium as their point, for all orders.
 
     The solved lengths stand in PIVOT.., as in both searches.
@@ -440,7 +459,8 @@ def at_equilibrium(rng: random.Random, robot: Planted, reaches: Sequence[float])
     n = robot.n
     solve = elimination.solve_for_pivots
     for turned in robot.ordered():
-        for batch in turn_batches([turn_trial(rng, *trial) for trial in mixed(rng, turned, reaches)]):
+        trials = [turn_trial(rng, *trial) for trial in mixed(rng, turned, reaches)]
+        for batch in turn_batches(trials, ranged):
             lengths = 0
             for j in range(2 if robot.model.planar else 3, n):
                 block = forms.CABLE + forms.BLOCK * j
@@ -453,7 +473,8 @@ def at_equilibrium(rng: random.Random, robot: Planted, reaches: Sequence[float])
                 lane.place(lane.robot.way())
             if batch.lanes:
                 yield batch
-    for batch in pose_batches([pose_trial(rng, *trial) for trial in mixed(rng, robot, reaches)]):
+    trials = [pose_trial(rng, *trial) for trial in mixed(rng, robot, reaches)]
+    for batch in pose_batches(trials, ranged):
         count = pose.length_equations(batch.F, batch.model, batch.S)
         batch.rank = solve(batch.F, batch.W, 0, count, pose.VARIABLES, batch.S)
         for lane in batch.lanes:
@@ -466,12 +487,13 @@ def pivots_of(lane: Lane) -> list[int]:
     return [int(k) for k in lane.W[elimination.PIVOTS, : elimination.MOST_PIVOTS] if k >= 0]
 
 
+@every_space
 @every_count
-def test_solved_rows_vanish_and_reduced_rows_keep_their_values(n: int) -> None:
+def test_solved_rows_vanish_and_reduced_rows_keep_their_values(n: int, ranged: bool) -> None:
     rng = random.Random(10)
     solved = 0
     for robot in planted(n):
-        for batch in at_equilibrium(rng, robot, CELLS[1:5]):
+        for batch in at_equilibrium(rng, robot, CELLS[1:5], ranged):
             F, W, S = batch.F, batch.W, batch.S
             ranks = [len(pivots_of(lane)) for lane in batch.lanes]
             assert max(ranks) <= batch.rank
@@ -493,7 +515,7 @@ def test_solved_rows_vanish_and_reduced_rows_keep_their_values(n: int) -> None:
                     value = -square_sum(lane.robot.u) * lane.robot.way()[k]
                     lane.encloses(forms.SCRATCH, value)
                     lane.brackets(forms.SCRATCH, value)
-                    size = abs(lane.F[forms.WRENCH + k, 1:-3]).sum()
+                    size = abs(lane.F[forms.WRENCH + k, 1 : lane.error]).sum()
                     assert np.all(abs(lane.F[forms.SCRATCH, 1:][pivots_of(lane)]) <= 1e-9 * size)
     assert solved >= (2 if n == 2 else n) * 10
 
@@ -519,13 +541,14 @@ def test_pivots_are_not_taken_from_rows_drowned_in_noise() -> None:
                 assert untouched if lane.lane in noisy else not untouched or not before[1:-3].any()
 
 
+@every_space
 @every_count
-def test_statics_keeps_cells_with_an_equilibrium(n: int) -> None:
+def test_statics_keeps_cells_with_an_equilibrium(n: int, ranged: bool) -> None:
     rng = random.Random(12)
     limited = written = 0
     needed = np.ones(LANES)
     for robot in planted(n):
-        for batch in at_equilibrium(rng, robot, CELLS):
+        for batch in at_equilibrium(rng, robot, CELLS, ranged):
             F, W, S = batch.F, batch.W, batch.S
             t = [robot.t[i] for i in batch.model.orders[0]]
             for used in (batch.rank, 0):
@@ -564,8 +587,9 @@ def excluded_by_statics(batch: Batch, n: int, rank: int) -> int:
     return sum(free[lane.lane] > 0.0 for lane in batch.lanes)
 
 
+@every_space
 @every_count
-def test_statics_excludes_cells_far_from_balance(n: int) -> None:
+def test_statics_excludes_cells_far_from_balance(n: int, ranged: bool) -> None:
     """The test above would pass for a kernel that never excludes anything."""
     rng = random.Random(13)
     excluded = 0
@@ -577,28 +601,30 @@ def test_statics_excludes_cells_far_from_balance(n: int) -> None:
             if robot.model.planar:
                 trial.cell[8:10] = 0.0
             trials.append(trial)
-        excluded += sum(excluded_by_statics(batch, n, 0) for batch in pose_batches(trials))
+        excluded += sum(excluded_by_statics(batch, n, 0) for batch in pose_batches(trials, ranged))
     assert excluded >= 30
 
 
+@every_space
 @every_count
-def test_statics_excludes_an_equilibrium_of_pushing_cables(n: int) -> None:
+def test_statics_excludes_an_equilibrium_of_pushing_cables(n: int, ranged: bool) -> None:
     rng = random.Random(14)
     excluded = tried = 0
     for robot in planted(n)[:2]:
         turned = replace(robot, model=robot.model._replace(load=-robot.model.load))
-        for batch in at_equilibrium(rng, turned, (1e-4, 1e-7)):
+        for batch in at_equilibrium(rng, turned, (1e-4, 1e-7), ranged):
             tried += len(batch.lanes)
             excluded += excluded_by_statics(batch, n, batch.rank)
     assert excluded >= 0.5 * tried
 
 
+@every_space
 @every_count
-def test_no_position_is_claimed_only_where_the_spheres_do_not_meet(n: int) -> None:
+def test_no_position_is_claimed_only_where_the_spheres_do_not_meet(n: int, ranged: bool) -> None:
     rng = random.Random(15)
     claimed = 0
     for robot in (turned for start in planted(n) for turned in start.ordered()):
-        for batch in turn_batches([turn_trial(rng, *trial) for trial in mixed(rng, robot)]):
+        for batch in turn_batches([turn_trial(rng, *trial) for trial in mixed(rng, robot)], ranged):
             none = platform.no_position(batch.F, robot.model, batch.S)
             assert not none[[lane.lane for lane in batch.lanes]].any()
         # Half the pivot's length: the spheres meet less often.
@@ -613,7 +639,7 @@ def test_no_position_is_claimed_only_where_the_spheres_do_not_meet(n: int) -> No
                 if not robot.model.planar or k == 1:
                     trial.cell[2 * k : 2 * k + 2] += rng.uniform(-2.0, 2.0)
             trials.append(trial)
-        (batch,) = turn_batches(trials)
+        (batch,) = turn_batches(trials, ranged)
         none = platform.no_position(batch.F, short.model, batch.S)
         for lane in batch.lanes:
             if none[lane.lane]:
@@ -657,8 +683,9 @@ def test_spheres_that_just_touch_have_a_position(n: int) -> None:
     assert apart >= 5
 
 
+@every_space
 @every_count
-def test_slack_is_excluded_only_by_a_cable_that_is_too_long(n: int) -> None:
+def test_slack_is_excluded_only_by_a_cable_that_is_too_long(n: int, ranged: bool) -> None:
     rng = random.Random(16)
     excluded = 0
     needed = np.ones(LANES)
@@ -668,10 +695,10 @@ def test_slack_is_excluded_only_by_a_cable_that_is_too_long(n: int) -> None:
         short[cable] = float(robot.lengths_sq[cable]) * rng.choice([0.3, 0.9])
         cut = robot.model._replace(lengths_sq=short)
         views = mixed(rng, robot)
-        for batch in turn_batches([turn_trial(rng, *trial) for trial in views]):
+        for batch in turn_batches([turn_trial(rng, *trial) for trial in views], ranged):
             flags = platform.slack_excluded(batch.F, batch.W, robot.model, needed, batch.S)
             assert not any(lane.found and flags[lane.lane] for lane in batch.lanes)
-        for batch in pose_batches([pose_trial(rng, *trial) for trial in views]):
+        for batch in pose_batches([pose_trial(rng, *trial) for trial in views], ranged):
             F, W, S = batch.F, batch.W, batch.S
             flags = platform.slack_excluded(F, W, robot.model, needed, S)
             assert not any(flags[lane.lane] for lane in batch.lanes)
@@ -767,8 +794,9 @@ def variants(rng: random.Random, robot: Planted) -> list[Planted]:
     return found
 
 
+@every_space
 @every_count
-def test_the_search_in_u_keeps_the_equilibrium_from_the_whole_chart(n: int) -> None:
+def test_the_search_in_u_keeps_the_equilibrium_from_the_whole_chart(n: int, ranged: bool) -> None:
     """In every chart that holds it, together."""
     rng = random.Random(17)
     kinds = []
@@ -778,13 +806,14 @@ def test_the_search_in_u_keeps_the_equilibrium_from_the_whole_chart(n: int) -> N
                 Trial(view, np.array([*whole_space(view)[:6], view.chart, 0.0, 1.0]), view.branch(), 2.0)
                 for view in robot.views(1)
             ]
-            kinds += descend(rng, Stepper(turn, robot.model), trials)
+            kinds += descend(rng, Stepper(turn, robot.model, ranged=ranged), trials)
     assert set(kinds) <= {turn.SMALL, turn.FOLDED}
     assert kinds.count(turn.SMALL) >= 0.2 * len(kinds)
 
 
+@every_space
 @every_count
-def test_the_search_in_u_keeps_the_equilibrium_of_any_cell(n: int) -> None:
+def test_the_search_in_u_keeps_the_equilibrium_of_any_cell(n: int, ranged: bool) -> None:
     rng = random.Random(18)
     kinds = []
     for start in planted(n):
@@ -795,29 +824,31 @@ def test_the_search_in_u_keeps_the_equilibrium_of_any_cell(n: int) -> None:
                 branch = view.branch()
                 cell = turn_cell(rng, view, reach, rng.choice([0, branch]))
                 trials.append(Trial(view, cell, branch, reach))
-            kinds += descend(rng, Stepper(turn, robot.model), trials)
+            kinds += descend(rng, Stepper(turn, robot.model, ranged=ranged), trials)
     assert set(kinds) <= {turn.SMALL, turn.FOLDED}
     assert kinds.count(turn.SMALL) >= 0.2 * len(kinds)
 
 
+@every_space
 @every_count
-def test_the_search_in_u_and_x_keeps_the_equilibrium(n: int) -> None:
+def test_the_search_in_u_and_x_keeps_the_equilibrium(n: int, ranged: bool) -> None:
     rng = random.Random(19)
     for start in planted(n):
         for robot in variants(rng, start):
             views = robot.views()
             trials = [pose_trial(rng, rng.choice(views), reach) for reach in rng.sample(CELLS, 2)]
             trials += [Trial(view, whole_space(view), 0, 2.0) for view in robot.views(1)[:2]]
-            assert set(descend(rng, Stepper(pose, robot.model), trials)) == {turn.SMALL}
+            assert set(descend(rng, Stepper(pose, robot.model, ranged=ranged), trials)) == {turn.SMALL}
 
 
+@every_space
 @every_count
-def test_the_searches_drop_most_cells(n: int) -> None:
+def test_the_searches_drop_most_cells(n: int, ranged: bool) -> None:
     """The tests above would pass for a search that keeps everything."""
     rng = random.Random(20)
     dropped = 0
     for robot in planted(n)[:3]:
-        near, whole = Stepper(turn, robot.model), Stepper(pose, robot.model)
+        near, whole = (Stepper(search, robot.model, ranged=ranged) for search in (turn, pose))
         for _ in range(5):
             cells, far = [], []
             for _ in range(LANES):

@@ -17,13 +17,20 @@ from cdpr_interval.engine.budget import Budget, Stop
 from cdpr_interval.engine.rows import EMPTY, EQUATION, OPEN, PIVOT, SCRATCH, SMALLER
 from cdpr_interval.kernels import second_order
 from cdpr_interval.kernels.lanes import LANES
-from cdpr_interval.kernels.second_order import ROTATION_ONLY, WHOLE_POSE, Symbols, width
+from cdpr_interval.kernels.second_order import (
+    POSE_AND_DATA,
+    ROTATION_AND_DATA,
+    ROTATION_ONLY,
+    WHOLE_POSE,
+    Symbols,
+    width,
+)
 from cdpr_interval.mechanics.rotation import HALF_TURNS
 from cdpr_interval.mechanics.six_dof.rows import FORMS, WORK
 from solvers.six_dof.cells.kinds import POSE_CELLS, ROTATION_CELLS
-from solvers.six_dof.subset_search import root_rows
+from solvers.six_dof.cells.roots import GENERAL, Prover
 from tests.support import lane_platform as platform
-from tests.support.exact_rows import Point, polynomial
+from tests.support.exact_rows import Point, error_column, polynomial
 from tests.support.kernel_callers import Callers
 from tests.support.planted_platform import Planted, plant, plant_planar
 from tests.support.platform_cells import Stepper, Verdict, around, pose, pose_cell, turn, turn_cell
@@ -38,7 +45,11 @@ NUMBERS = [*(0.0, -0.0, 1.0, -1.0, 5e-324, 1e-5, -1e-5, 1e308), math.inf, -math.
 
 every_count = pytest.mark.parametrize("n", COUNTS)
 every_search = pytest.mark.parametrize("search", [turn, pose], ids=["u", "u and x"])
-every_size = pytest.mark.parametrize("S", [ROTATION_ONLY, WHOLE_POSE], ids=["4", "6"])
+every_size = pytest.mark.parametrize(
+    "S",
+    [ROTATION_ONLY, WHOLE_POSE, ROTATION_AND_DATA, POSE_AND_DATA],
+    ids=lambda S: f"{len(S.noise)}+{len(S.data)}",
+)
 
 
 @cache
@@ -161,7 +172,7 @@ def test_the_leaves_do_not_depend_on_the_size_of_batches(
         budget = Budget(cell_limit=100_000)
         leaf_size = 0.2 if n == 2 else 0.9
         result = engine.search(
-            lambda: kind.run(robot.model, root_rows(robot.model, []), leaf_size),
+            lambda: kind.run(robot.model, Prover(robot.model, GENERAL).seen_by_cells([]), leaf_size),
             start,
             budget,
             threads=threads,
@@ -258,21 +269,21 @@ def test_a_blank_row_is_zero_where_it_is_not_kept(S: Symbols) -> None:
 @every_size
 def test_a_row_is_useful_where_a_slope_stands_out_of_the_noise(S: Symbols) -> None:
     rng = random.Random(7)
-    K = len(S)
+    K, e = len(S.noise), error_column(S)
     useful = 0
     for _ in range(100):
         F = np.zeros((1, width(S), LANES))
         for lane in range(LANES):
             size = 10.0 ** rng.choice([-110, -3, 0, 0, 0, 3, 110])
             F[0, 1 : 1 + K, lane] = [rng.choice([0.0, rng.uniform(-size, size)]) for _ in range(K)]
-            F[0, 1 + K : -3, lane] = rng.choice([0.0, 0.1, 0.3]) * size / K
-            F[0, -3, lane] = rng.choice([0.0, 1e-3, 0.3, math.inf, math.nan]) * size
+            F[0, 1 + K : e, lane] = rng.choice([0.0, 0.1, 0.3]) * size / K
+            F[0, e, lane] = rng.choice([0.0, 1e-3, 0.3, math.inf, math.nan]) * size
         kernels.close(F, 0, S)
         found = platform.usefulness(F, 0, S)
         for lane in range(LANES):
             row = F[0, :, lane]
             most = abs(row[1 : 1 + K]).max()
-            good = 1e-100 < most < 1e100 and row[-3] + row[-1] < most
+            good = 1e-100 < most < 1e100 and row[e] + row[e + 2] < most
             useful += good
             assert found[lane] == (1.0 / most if good else 0.0)
     assert useful > 50
@@ -330,7 +341,7 @@ def test_slopes_in_the_pivots_are_picked_lane_by_lane(S: Symbols) -> None:
         F = np.array([[rng.uniform(-1.0, 1.0) for _ in range(LANES)] for _ in range(2 * width(S))])
         F = F.reshape(2, width(S), LANES)
         W = np.full(WORK_SHAPE, 7.0)
-        pivots = [rng.randrange(-1, len(S)) for _ in range(LANES)]
+        pivots = [rng.randrange(-1, len(S.noise)) for _ in range(LANES)]
         W[elimination.PIVOTS, 2] = pivots
         found = platform.pivot_slope(F, 1, W, 2, S)
         assert list(found) == [F[1, 1 + k, lane] if k >= 0 else 0.0 for lane, k in enumerate(pivots)]
@@ -338,28 +349,37 @@ def test_slopes_in_the_pivots_are_picked_lane_by_lane(S: Symbols) -> None:
 
 def vanishing_row(rng: random.Random, S: Symbols, row: Any, eps: list[Fraction], noise: float) -> None:
     """Fill one lane's row with a form that holds 0 at a point, often just so."""
-    K = len(S)
+    K, e, P = len(S.noise), error_column(S), len(S.data)
     row[1 : 1 + K] = [rng.uniform(-1.0, 1.0) for _ in range(K)]
-    row[1 + K : -3] = [noise * rng.choice([0.0, rng.uniform(-1.0, 1.0)]) for _ in row[1 + K : -3]]
-    row[-3] = noise * rng.choice([0.0, rng.random()])
+    row[1 + K : e] = [noise * rng.choice([0.0, rng.uniform(-1.0, 1.0)]) for _ in row[1 + K : e]]
+    row[e + 3 : e + 3 + P] = [noise * rng.choice([0.0, rng.uniform(-1.0, 1.0)]) for _ in S.data]
+    row[e] = noise * rng.choice([0.0, rng.random()])
     row[0] = 0.0
-    at = Point(eps)
-    share = Fraction(row[-3]) * rng.choice([-1, 1, Fraction(rng.randint(-99, 99), 99)])
+    at = point_at(eps, S)
+    share = Fraction(row[e]) * rng.choice([-1, 1, Fraction(rng.randint(-99, 99), 99)])
     row[0] = float(-polynomial(row, at) - share)
     rest = abs(polynomial(row, at))
-    if rest > Fraction(row[-3]):
-        row[-3] = math.nextafter(float(rest), math.inf)
+    if rest > Fraction(row[e]):
+        row[e] = math.nextafter(float(rest), math.inf)
 
 
 def unit_point(rng: random.Random, S: Symbols) -> list[Fraction]:
-    return [rng.choice([Fraction(-1), Fraction(1), Fraction(rng.randint(-(3**20), 3**20), 3**20)]) for _ in S]
+    """Return values of all symbols, those of data last."""
+    count = len(S.noise) + len(S.data)
+    kinds = [Fraction(-1), Fraction(1)]
+    return [rng.choice([*kinds, Fraction(rng.randint(-(3**20), 3**20), 3**20)]) for _ in range(count)]
+
+
+def point_at(eps: list[Fraction], S: Symbols) -> Point:
+    """Return the point with these values."""
+    return Point(eps[: len(S.noise)], eps[len(S.noise) :])
 
 
 @every_size
 def test_a_vanishing_row_bounds_its_symbol(S: Symbols) -> None:
     """Another symbol in every lane, or none."""
     rng = random.Random(10)
-    K = len(S)
+    K, e = len(S.noise), error_column(S)
     tight = 0
     for _ in range(150):
         F = random_rows(rng, S)
@@ -374,21 +394,22 @@ def test_a_vanishing_row_bounds_its_symbol(S: Symbols) -> None:
                 change = slope - F[SCRATCH, k, lane]
                 F[SCRATCH, k, lane] = slope
                 F[SCRATCH, 0, lane] -= change * float(eps[symbols[lane]])
-                rest = abs(polynomial(F[SCRATCH, :, lane], Point(eps)))
-                if rest > Fraction(F[SCRATCH, -3, lane]):
-                    F[SCRATCH, -3, lane] = math.nextafter(float(rest), math.inf)
+                rest = abs(polynomial(F[SCRATCH, :, lane], point_at(eps, S)))
+                if rest > Fraction(F[SCRATCH, e, lane]):
+                    F[SCRATCH, e, lane] = math.nextafter(float(rest), math.inf)
                 if rng.random() < 0.3:
                     # Nothing else in it.
                     others = [j for j in range(1, 1 + K) if j != k]
                     centre = sum(Fraction(F[SCRATCH, j, lane]) * eps[j - 1] for j in others)
                     F[SCRATCH, 0, lane] += float(centre)
                     F[SCRATCH, others, lane] = 0.0
-                    rest = abs(polynomial(F[SCRATCH, :, lane], Point(eps)))
-                    if rest > Fraction(F[SCRATCH, -3, lane]):
-                        F[SCRATCH, -3, lane] = math.nextafter(float(rest), math.inf)
+                    F[SCRATCH, e + 3 :, lane] = 0.0
+                    rest = abs(polynomial(F[SCRATCH, :, lane], point_at(eps, S)))
+                    if rest > Fraction(F[SCRATCH, e, lane]):
+                        F[SCRATCH, e, lane] = math.nextafter(float(rest), math.inf)
             points.append(eps)
         kernels.close(F, SCRATCH, S)
-        spread = abs(F[SCRATCH, 1:-3]).sum(axis=0) + F[SCRATCH, -3]
+        spread = abs(F[SCRATCH, 1:e]).sum(axis=0) + F[SCRATCH, e] + data_of(F[SCRATCH], S)
         low, high = platform.rest_bounds(F, np.array(symbols, dtype=float), S)
         for lane, k in enumerate(symbols):
             if k < 0:
@@ -400,10 +421,16 @@ def test_a_vanishing_row_bounds_its_symbol(S: Symbols) -> None:
     assert tight >= 10
 
 
+def data_of(row: Any, S: Symbols) -> Any:
+    """Return the sum of the slopes in the symbols of data, lane by lane."""
+    return abs(row[error_column(S) + 3 :][: len(S.data)]).sum(axis=0)
+
+
 @every_size
 def test_a_row_that_is_not_finite_bounds_nothing(S: Symbols) -> None:
     for bad in (math.inf, -math.inf, math.nan):
-        for column in range(width(S) - 2):
+        e = error_column(S)
+        for column in [*range(e + 1), *range(e + 3, e + 3 + len(S.data))]:
             F = np.zeros((FORMS.height, width(S), LANES))
             F[SCRATCH, 1] = 1.0
             F[SCRATCH, column, column % LANES] = abs(bad)
@@ -525,7 +552,7 @@ class System:
                 vanishing_row(rng, S, row, eps, self.noise[lane])
                 for k in range(variables):
                     if self.C[0, 2 * k, lane] == self.C[0, 2 * k + 1, lane]:
-                        row[[1 + k, 1 + len(S) + k]] = 0.0
+                        row[[1 + k, 1 + len(S.noise) + k]] = 0.0
         for e in range(count):
             kernels.close(self.F, EQUATION + e, S)
         self.W[elimination.VERDICTS, 0] = OPEN
@@ -543,10 +570,10 @@ class System:
 def test_contracted_cells_keep_their_solutions(S: Symbols) -> None:
     """By all equations at once, and by those solved for pivots; lanes that are EMPTY stay as they are."""
     rng = random.Random(13)
-    variables = 3 if S == ROTATION_ONLY else 6
+    variables = 3 if len(S.noise) == 4 else 6
     smaller = [0, 0]
     for trial in range(120):
-        count = rng.randint(0, 3 if S == ROTATION_ONLY else 6)
+        count = rng.randint(0, variables)
         system = System(rng, S, variables, count)
         F, W, C = system.F, system.W, system.C
         before = C.copy()
@@ -580,7 +607,7 @@ def test_contracted_cells_keep_their_solutions(S: Symbols) -> None:
 def test_contraction_finds_that_equations_cannot_hold(S: Symbols) -> None:
     """Only in the lane whose equation is moved away."""
     rng = random.Random(14)
-    variables = 3 if S == ROTATION_ONLY else 6
+    variables = 3 if len(S.noise) == 4 else 6
     found = tried = 0
     for trial in range(60):
         count = variables
@@ -606,7 +633,7 @@ def test_contraction_finds_that_equations_cannot_hold(S: Symbols) -> None:
 def test_an_equation_without_slopes_that_cannot_hold_empties_its_cell(S: Symbols) -> None:
     """As between two poses near a fold: it would fix no variable."""
     rng = random.Random(16)
-    variables = 3 if S == ROTATION_ONLY else 6
+    variables = 3 if len(S.noise) == 4 else 6
     for _ in range(20):
         system = System(rng, S, variables, 1)
         F, W = system.F, system.W
@@ -614,7 +641,7 @@ def test_an_equation_without_slopes_that_cannot_hold_empties_its_cell(S: Symbols
         for lane in range(LANES):
             # Curved, and in one lane away from zero.
             F[EQUATION, :, lane] = 0.0
-            F[EQUATION, 1 + len(S), lane] = 1e-7
+            F[EQUATION, 1 + len(S.noise), lane] = 1e-7
             F[EQUATION, 0, lane] = 1e-6 if lane == away else -0.5e-7
         kernels.close(F, EQUATION, S)
         elimination.contract(F, W, system.C, 1, (0,) * variables, S)
@@ -627,10 +654,10 @@ def test_an_equation_without_slopes_that_cannot_hold_empties_its_cell(S: Symbols
 def test_solved_rows_hold_zero_at_the_solution(S: Symbols) -> None:
     """Lane by lane, with other pivots and another number of them."""
     rng = random.Random(15)
-    variables = 3 if S == ROTATION_ONLY else 6
+    variables = 3 if len(S.noise) == 4 else 6
     different = 0
     for _ in range(60):
-        count = rng.randint(1, 3 if S == ROTATION_ONLY else 6)
+        count = rng.randint(1, variables)
         system = System(rng, S, variables, count)
         F, W = system.F, system.W
         rank = elimination.solve_for_pivots(F, W, 0, count, variables, S)
@@ -638,7 +665,7 @@ def test_solved_rows_hold_zero_at_the_solution(S: Symbols) -> None:
         for lane, exact in enumerate(system.values):
             pivots = W[elimination.PIVOTS, : elimination.MOST_PIVOTS, lane]
             ranks.append(int(np.sum(pivots >= 0)))
-            eps = [Fraction(0)] * len(S)
+            eps = [Fraction(0)] * len(S.noise)
             for k, x in enumerate(exact):
                 m, r = exact_symbols(*system.C[0, 2 * k : 2 * k + 2, lane])
                 eps[k] = (x - m) / r if r else Fraction(0)
@@ -646,8 +673,8 @@ def test_solved_rows_hold_zero_at_the_solution(S: Symbols) -> None:
                 row = F[PIVOT + s, :, lane]
                 if s >= ranks[-1]:
                     assert not row.any()
-                elif S == WHOLE_POSE:
-                    assert abs(polynomial(row, Point(eps))) <= Fraction(row[-3])
+                elif variables == 6 and not S.data:
+                    assert abs(polynomial(row, Point(eps))) <= Fraction(row[error_column(S)])
         assert rank == max(ranks)
         different += len(set(ranks)) > 1
     assert different >= 10

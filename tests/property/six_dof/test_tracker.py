@@ -20,8 +20,8 @@ from cdpr_interval.mechanics.rotation import chart_of, quaternion_of, rotation_i
 from cdpr_interval.mechanics.six_dof import system as newton
 from solvers import forward_kinematics
 from solvers.six_dof import track as pt
+from solvers.six_dof.cells.roots import GENERAL, GEOMETRY, system_of
 from solvers.six_dof.prepared import cables_of as report_cables
-from solvers.six_dof.roots import GENERAL, GEOMETRY, system_of
 from solvers.six_dof.tracker import Tracker, charts_of
 from tests.support.kernel_callers import Callers
 from tests.support.planted.platform import Planted as PlantedRobot

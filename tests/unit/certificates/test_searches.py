@@ -341,7 +341,7 @@ def one_root_lost(problem: Problem, options: Options, result: Result) -> Result:
     searches = options.record.searches[0, 1]
     lost, kept = searches[1].roots[0], searches[1].roots[1:]
     searches[1] = replace(searches[1], roots=kept)
-    from solvers.six_dof.roots import pose_of
+    from solvers.six_dof.cells.roots import pose_of
 
     centre = np.array([float(x.mid()) for x in pose_of(lost, searches[1].reduced.frame).centre.entries()])
     far = [s for s in result.solutions if np.abs(s.position.mean(axis=1) - centre).max() > 1e-3]

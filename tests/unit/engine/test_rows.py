@@ -12,11 +12,11 @@ import pytest
 from cdpr_interval.engine import rows as engine
 from cdpr_interval.engine.rows import Rows, Table
 from cdpr_interval.kernels.lanes import LANES
-from cdpr_interval.kernels.second_order import ROTATION_ONLY, WHOLE_POSE, width
+from cdpr_interval.kernels.second_order import POSE_AND_DATA, ROTATION_ONLY, WHOLE_POSE, width
 from cdpr_interval.mechanics.six_dof import rows as six_dof
 from cdpr_interval.mechanics.six_dof.rows import BOUNDS, COLUMNS, FORMS, WORK, Y, moving_rows
 from tests.support.planted_platform import Planted, plant, plant_planar
-from tests.support.platform_cells import Stepper, pose, pose_cell, turn, turn_cell
+from tests.support.platform_cells import SPACES, Stepper, no_tubes, pose, pose_cell, turn, turn_cell
 
 UNTOUCHED = 7.25
 """What stands where nothing may be written."""
@@ -57,8 +57,8 @@ def test_a_name_is_where_its_range_begins(own: Table, below: Table | None, modul
 
 def test_every_symbol_has_a_slope() -> None:
     y = next(rows for rows in WORK.ranges if rows.name == "Y")
-    assert y.height == 1 + max(len(ROTATION_ONLY), len(WHOLE_POSE))
-    assert moving_rows(engine.MOST_SYMBOLS + 3) == y.height + 3
+    most = max(len(S.noise) + len(S.data) for S in (ROTATION_ONLY, WHOLE_POSE, POSE_AND_DATA))
+    assert y.height == 1 + most == moving_rows(engine.MOST_SYMBOLS + engine.MOST_DATA)
 
 
 def test_states_are_distinct() -> None:
@@ -78,21 +78,28 @@ def robots() -> list[Planted]:
     return [plant_planar(rng, slack=1, width=spread), *planted]
 
 
-def roots_around(robot: Planted) -> Any:
-    """Return one uniqueness box that holds everything near the equilibrium, so that cells are settled."""
+def roots_around(robot: Planted, ranged: bool = False) -> Any:
+    """Return a uniqueness box, or a tube, that holds all near the equilibrium, so that cells are settled."""
+    if ranged:
+        tubes = no_tubes(robot.model, 1)
+        tubes.charts[:] = robot.chart
+        tubes.near[:] = -1e3, 1e3
+        tubes.reach[:] = 1e3
+        return tubes
     lo, hi = np.full((2, 6 + robot.n), -1e3)
     hi[:] = 1e3
     return np.array([[float(robot.chart), *lo, *hi]])
 
 
-def written(search: Any, robot: Planted) -> Any:
+def written(search: Any, robot: Planted, ranged: bool) -> Any:
     """Return which places of W any lane wrote to, in an array wider and higher than the table."""
     rng = random.Random(42)
     work = np.full((WORK.height + MARGIN, WORK.columns + MARGIN, LANES), UNTOUCHED)
     for reach in (1.0, 0.3, 0.1, 0.03, 1e-2, 1e-3):
         for k in range(6):
             # What a root settles is not contracted.
-            stepper = Stepper(search, robot.model, roots_around(robot) if k % 2 else None, 1e-3)
+            roots = roots_around(robot, ranged) if k % 2 else None
+            stepper = Stepper(search, robot.model, roots, 1e-3, ranged=ranged)
             scratch = stepper.context.scratch._replace(work=work)
             stepper.context = stepper.context._replace(scratch=scratch)
             make = turn_cell if search is turn else pose_cell
@@ -113,8 +120,9 @@ def strays(touched: Any, table: Table) -> list[tuple[int, int]]:
 
 
 def test_kernels_write_within_their_ranges() -> None:
-    """Through both searches, which use every range but those for rare cells and for certificates."""
-    touched = sum(written(search, robot) for search in (turn, pose) for robot in robots()) > 0
+    """Through all searches, which use every range but those for rare cells and for certificates."""
+    searches = [(search, ranged) for search in (turn, pose) for ranged in (False, True)]
+    touched = sum(written(search, robot, ranged) for search, ranged in searches for robot in robots()) > 0
     assert strays(touched, WORK) == []
     for name in ("COLUMNS", "BOUNDS", "Y"):
         smaller = Table(rows for rows in WORK.ranges if rows.name != name)
@@ -125,9 +133,10 @@ def test_kernels_write_within_their_ranges() -> None:
 
 
 def test_forms_are_written_within_their_ranges() -> None:
-    for search, symbols in ((turn, ROTATION_ONLY), (pose, WHOLE_POSE)):
+    for search, ranged in ((turn, False), (pose, False), (turn, True), (pose, True)):
         robot = robots()[2]
-        stepper = Stepper(search, robot.model, roots_around(robot), 1e-3)
+        symbols = SPACES[ranged][0 if search is turn else 1]
+        stepper = Stepper(search, robot.model, roots_around(robot, ranged), 1e-3, ranged=ranged)
         forms = np.full((FORMS.height + MARGIN, width(symbols) + MARGIN, LANES), UNTOUCHED)
         stepper.context = stepper.context._replace(scratch=stepper.context.scratch._replace(forms=forms))
         make = turn_cell if search is turn else pose_cell

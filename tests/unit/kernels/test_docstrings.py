@@ -23,6 +23,8 @@ FOLDERS = (
 )
 LANE_ARRAYS = ("Forms", "LaneArray")
 """Annotations of arrays (rows, columns, LANES)."""
+RECORDS = ("Symbols",)
+"""Annotations of tuples: they say what they are."""
 
 
 class Parameter(NamedTuple):
@@ -104,6 +106,8 @@ def parameters(node: ast.FunctionDef) -> Iterator[Parameter]:
         annotation = argument.annotation
         if isinstance(annotation, ast.Name) and annotation.id in LANE_ARRAYS:
             yield Parameter(name, 3, True, False)
+        elif isinstance(annotation, ast.Name) and annotation.id in RECORDS:
+            continue
         elif signed:
             yield Parameter(name, signed, True, False)
         elif name in records:

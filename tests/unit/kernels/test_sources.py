@@ -65,8 +65,8 @@ def test_every_file_that_can_feed_a_kernel_is_in_the_closure_of_its_own():
 
 def test_arithmetic_knows_no_solver_and_a_search_knows_arithmetic():
     assert not any(name.startswith("solvers") for name in sources.closure("cdpr_interval.kernels.interval"))
-    search = sources.closure("solvers.six_dof.root_search")
-    assert {"solvers.six_dof.root_search", "cdpr_interval.kernels.interval"} <= search
+    search = sources.closure("solvers.six_dof.cells.root_search")
+    assert {"solvers.six_dof.cells.root_search", "cdpr_interval.kernels.interval"} <= search
     assert search < sources.closure()
     point = sources.closure("solvers.point_mass.one_call")
     assert not any(name.startswith("solvers.six_dof") for name in point)

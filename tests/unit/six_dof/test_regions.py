@@ -42,7 +42,7 @@ ANCHORS: list[Point] = [
 ANCHORS += [("-0.25", "-0.43", "-0.2"), ("0.5", "0", "-0.2")]
 SIX = platform(("0", "0", "-9.81"), EXITS, ANCHORS)
 """Six cables in pairs from three points above: their wrenches are nearly dependent at a level platform."""
-LENGTHS = around(["1.71", "2.37", "1.94", "2.53", "2.19", "2.9"], "0.005")
+LENGTHS = around(["1.71", "2.37", "1.94", "2.53", "2.19", "2.9"], "0.05")
 
 
 def may_hold(robot: Robot, region: Undecided) -> bool:
@@ -97,11 +97,11 @@ HANGING = ["2.8566669819330306", "2.9866155595477886", "3.032774169914622", "2.9
 
 
 @pytest.mark.parametrize(
-    ("robot", "lengths"),
-    [(load_robot("uc4"), ["7.5", "8", "7", "9"]), (RECTANGLE, HANGING)],
+    ("robot", "lengths", "by"),
+    [(load_robot("uc4"), ["7.5", "8", "7", "9"], "0.02"), (RECTANGLE, HANGING, "0.001")],
     ids=["uc4", "rectangle"],
 )
-def test_platforms_above_their_exit_points_are_no_regions(robot: Robot, lengths: list[str]):
-    found = asked(robot, around(lengths, "0.001"))
+def test_platforms_above_their_exit_points_are_no_regions(robot: Robot, lengths: list[str], by: str):
+    found = asked(robot, around(lengths, by))
     assert found.undecided
     assert all(may_hold(robot, region) for region in found.undecided)

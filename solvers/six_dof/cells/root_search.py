@@ -3,7 +3,8 @@
 ``find_roots`` is the one entry. A pose is completed to z = (u, p, t), improved in floats, enclosed in a
 box that the Krawczyk operator maps strictly into itself, and given the largest uniqueness box of a
 series. Only the entry calls the enclosures of cells: numba compiles what a function calls once more
-with every function above it, and those are the largest.
+with every function above it, and those are the largest. ``from_leaves`` and ``largest_reach`` are the parts
+that ``tube_search`` shares: what they are handed proves a zero, and how far it is the only one.
 
 Arrays, for n taut cables and m equations: ``box`` (6 + n, 2) encloses (u, p, t), ``lo, hi`` (6 + n,) its
 bounds; ``free`` (m,) a row of ``System.free``, ``frozen`` (3,) one of ``System.frozen``; ``cell`` (width,),
@@ -30,12 +31,11 @@ from cdpr_interval.mechanics.six_dof.system import (
     growth,
     improve,
     jacobian_over,
-    residual_at,
 )
 from solvers.six_dof.cells import pose_cells as pose
 from solvers.six_dof.cells import rotation_cells as turn
 from solvers.six_dof.cells.columns import POSE_COLUMNS, ROTATION_COLUMNS
-from solvers.six_dof.starts import across_rod, claim, leaf_pose, starting_tensions, triple_at
+from solvers.six_dof.cells.starts import across_rod, claim, leaf_pose, starting_tensions, triple_at
 
 Floats = NDArray[np.float64]
 
@@ -54,8 +54,6 @@ MARGIN = 0.1
 """Share by which a uniqueness box exceeds the enclosure it was made from."""
 CLAIM = 3.0
 """A Newton start speaks for the other leaves within this many leaf sizes in u."""
-ROUNDING = 1e-15
-"""Relative width of a length's bounds up to which it is one number, not a range."""
 FEW_LEAVES = 64
 """So many leaves are looked at once more where the roots are found: cheaper than one more round of search."""
 MOST_STARTS = 32
@@ -90,8 +88,6 @@ class Bench(NamedTuple):
     """(capacity, 6 + n, 2) their uniqueness boxes."""
     boxes: Floats
     """(capacity, 6 + n, 2) boxes of the roots found."""
-    cores: Floats
-    """(capacity, 6 + n, 2) the zeros for one choice of the lengths."""
 
 
 class Workplace(NamedTuple):
@@ -230,7 +226,7 @@ def seed(model: Any, system: Any, chart: int, leaf: Any, in_position: bool, at: 
 
 
 @part()
-def enclosed(system: Any, free: Any, ranges: bool, at: Any, box: Any) -> bool:
+def enclosed(system: Any, free: Any, at: Any, box: Any) -> bool:
     """Write a box (6 + n, 2) around the zero that holds exactly one; False where that is not proved."""
     if system.rod:
         across_rod(at.z[:3], at.rows)
@@ -238,7 +234,7 @@ def enclosed(system: Any, free: Any, ranges: bool, at: Any, box: Any) -> bool:
     jacobian_over(at.data, at.rows, free, box, at.f, at.J)
     if not (preconditioner(at.J, at.C) and finite(at.C)):
         return False
-    if not existence_box(at.data, at.rows, free, at.C, at.z, at.f, ranges, box):
+    if not existence_box(at.data, at.rows, free, at.C, at.z, at.f, box):
         return False
     widest = 0.0
     for i in range(3):
@@ -247,20 +243,51 @@ def enclosed(system: Any, free: Any, ranges: bool, at: Any, box: Any) -> bool:
 
 
 @part()
-def turn_bounds(model: Any, scratch: Any, cell: Any, at: Any) -> bool:
+def turn_bounds(model: Any, bench: Any, k: int, cell: Any, at: Any) -> bool:
     """Enclose (u, p, t) of every equilibrium in a cell in u (width,); False where t is not bounded."""
-    return turn.enclose_cell(scratch, model, cell, at.lo, at.hi)
+    return turn.enclose_cell(bench.turn, model, cell, at.lo, at.hi)
 
 
 @part()
-def pose_bounds(model: Any, scratch: Any, cell: Any, at: Any) -> bool:
+def pose_bounds(model: Any, bench: Any, k: int, cell: Any, at: Any) -> bool:
     """Enclose (u, p, t) of every equilibrium in a cell in (u, x) (width,); False where t is not bounded."""
-    return pose.enclose_cell(scratch, model, cell, at.lo, at.hi)
+    return pose.enclose_cell(bench.pose, model, cell, at.lo, at.hi)
 
 
 @part()
-def alone(model: Any, system: Any, bench: Any, chart: int, at: Any, box: Any, unique: Any) -> bool:
-    """Write the largest uniqueness box (6 + n, 2) of a series around a proved box; False: none is proved."""
+def largest_reach(
+    in_turn: Any,
+    in_pose: Any,
+    try_reach: Any,
+    model: Any,
+    system: Any,
+    bench: Any,
+    k: int,
+    chart: int,
+    at: Any,
+    box: Any,
+    share: float,
+) -> bool:
+    """Keep the largest neighbourhood of a series in which zero ``k`` is proved to be the only one.
+
+    Parameters
+    ----------
+    in_turn, in_pose
+        ``in_turn(model, bench, k, cell, at)`` bounds the equilibria of a cell in u in ``at``, or returns
+        False; the other one those of a cell in (u, x).
+    try_reach
+        ``try_reach(model, system, bench, k, chart, at, reach)`` returns the growth over what these bounds and
+        ``reach`` in u make of a neighbourhood; below 1 it has kept it.
+    box : (6 + n, 2)
+        Of the zero.
+    share
+        By which share of the box's width a cell in (u, x) is larger than by ``reach``.
+
+    Returns
+    -------
+    bool
+        False: nothing is proved.
+    """
     triple, x = np.empty((3, 3)), np.empty(3)
     turn_cell, pose_cell = np.empty(ROTATION_COLUMNS.width), np.empty(POSE_COLUMNS.width)
     triple_at(at.data, model.orders[0], model.planar, at.z[:3], triple)
@@ -270,54 +297,64 @@ def alone(model: Any, system: Any, bench: Any, chart: int, at: Any, box: Any, un
         reach = LARGEST_REACH * 0.5**halving
         sides_around(box, system.frozen[chart], reach, turn_cell)
         turn_cell[ROTATION_COLUMNS.chart], turn_cell[ROTATION_COLUMNS.branch] = chart, branch
-        bounded = turn_bounds(model, bench.turn, turn_cell, at)
+        bounded = in_turn(model, bench, k, turn_cell, at)
         if not bounded:
             sides_around(box, system.frozen[chart], reach, pose_cell)
             for i in range(3):
-                pad = 0.0 if i == 1 and model.planar else reach * model.size
+                pad = reach * model.size + share * (box[3 + i, 1] - box[3 + i, 0])
+                if i == 1 and model.planar:
+                    pad = 0.0
                 pose_cell[6 + 2 * i], pose_cell[7 + 2 * i] = x[i] - pad, x[i] + pad
             pose_cell[POSE_COLUMNS.chart] = chart
-            bounded = pose_bounds(model, bench.pose, pose_cell, at)
+            bounded = in_pose(model, bench, k, pose_cell, at)
         ratio = math.inf
         if bounded:
-            widened(box, at.lo, at.hi, system.free[chart], reach, model.size, at.trial)
-            ratio = growth(at.data, at.rows, system.free[chart], at.C, at.trial)
+            ratio = try_reach(model, system, bench, k, chart, at, reach)
         if ratio < 1.0:
             proved = halving
-            copy(at.trial, unique)
         halving = next_halving(halving, proved, ratio)
     return proved >= 0
 
 
 @part()
-def sharpest(model: Any, free: Any, ranges: bool, at: Any, box: Any, core: Any) -> None:
-    """Write the box (6 + n, 2) of the zero for one choice of the lengths, to tell roots apart by."""
-    narrower = False
-    if ranges:
-        for i in range(model.n_taut):
-            # Their squares in the middle of the ranges, exactly.
-            at.data[i, 6, 0] = model.lengths_sq[i]
-            at.data[i, 6, 1] = model.lengths_sq[i]
-        point(at.z, core)
-        residual_at(at.data, at.rows, core, at.f)
-        narrower = existence_box(at.data, at.rows, free, at.C, at.z, at.f, False, core)
-    if not narrower:
-        copy(box, core)
+def try_box(model: Any, system: Any, bench: Any, k: int, chart: int, at: Any, reach: float) -> float:
+    """Return the growth over the box of the last bounds; below 1 it is kept as uniqueness box."""
+    widened(bench.boxes[k], at.lo, at.hi, system.free[chart], reach, model.size, at.trial)
+    ratio = growth(at.data, at.rows, system.free[chart], at.C, at.trial)
+    if ratio < 1.0:
+        copy(at.trial, bench.unique[k])
+    return ratio
 
 
 @part()
-def strike_settled(model: Any, bench: Any, count: int, leaves: Any, todo: Any, columns: Any, at: Any) -> None:
-    """Strike off a few leaves those whose equilibria all lie in the uniqueness box of one root known."""
-    for k in range(leaves.shape[0]):
-        todo[k] = True
-        if leaves.shape[0] > FEW_LEAVES:
-            continue
-        if columns.variables > 3:
-            bounded = pose_bounds(model, bench.pose, leaves[k], at)
-        else:
-            bounded = turn_bounds(model, bench.turn, leaves[k], at)
-        if bounded and known(bench.charts, bench.unique, count, int(leaves[k, columns.chart]), at.lo, at.hi):
-            todo[k] = False
+def known_root(bench: Any, count: int, chart: int, z: Any) -> bool:
+    """Return True when a point z (6 + n,) lies in a known root's uniqueness box."""
+    return known(bench.charts, bench.unique, count, chart, z, z)
+
+
+@part()
+def prove_root(model: Any, system: Any, bench: Any, k: int, chart: int, at: Any) -> bool:
+    """Write the root around the zero in ``at`` as root ``k``; False where none is proved, or it is known."""
+    box = bench.boxes[k]
+    if not enclosed(system, system.free[chart], at, box):
+        return False
+    if not largest_reach(turn_bounds, pose_bounds, try_box, model, system, bench, k, chart, at, box, 0.0):
+        return False
+    ends(box, at.lo, at.hi)
+    if known(bench.charts, bench.unique, k, chart, at.lo, at.hi):
+        return False
+    bench.charts[k] = chart
+    return True
+
+
+@part()
+def settled_by_root(model: Any, bench: Any, count: int, leaf: Any, columns: Any, at: Any) -> bool:
+    """Return True when a leaf's equilibria all lie in the uniqueness box of one root known."""
+    if columns.variables > 3:
+        bounded = pose_bounds(model, bench, 0, leaf, at)
+    else:
+        bounded = turn_bounds(model, bench, 0, leaf, at)
+    return bounded and known(bench.charts, bench.unique, count, int(leaf[columns.chart]), at.lo, at.hi)
 
 
 @part()
@@ -337,8 +374,11 @@ def workplace(model: Any, system: Any) -> Any:
     )
 
 
-@entry()
-def find_roots(
+@part()
+def from_leaves(
+    is_known: Any,
+    prove: Any,
+    settles: Any,
     model: Any,
     system: Any,
     bench: Any,
@@ -353,11 +393,16 @@ def find_roots(
 
     Parameters
     ----------
-    bench
-        Its first ``count`` rows hold the roots known.
+    is_known
+        ``is_known(bench, count, chart, z)`` : whether z is one of the first ``count`` zeros of ``bench``.
+    prove
+        ``prove(model, system, bench, k, chart, at)`` writes the zero in ``at`` as zero ``k``, or returns
+        False.
+    settles
+        ``settles(model, bench, count, leaf, columns, at)`` : whether all equilibria of a leaf are one zero.
     leaves, todo : (L, width), (L,)
         Leaves of one round, and those no start has spoken for; struck off here. When all are, those left to
-        be searched: leaves whose equilibria do not all lie in one root's uniqueness box.
+        be searched: leaves whose equilibria are not all one zero. Of many leaves none is looked at for that.
     first
         The leaf to go on with.
     columns
@@ -367,17 +412,10 @@ def find_roots(
     -------
     next, count
         The leaf to go on with (L: none is left) after at most ``MOST_STARTS`` starts, and the number
-        of roots known then.
-
-    Guarantee
-    ---------
-    Each root appended is proved: for every choice of data exactly one zero in its box, none other in its
-    uniqueness box, and it is not one of the roots known before.
+        of zeros known then.
     """
     at = workplace(model, system)
-    ranges, starts = False, 0
-    for i in range(model.n_taut):
-        ranges = ranges or model.lengths[i, 1] - model.lengths[i, 0] > ROUNDING * model.lengths[i, 1]
+    starts = 0
     for k in range(first, leaves.shape[0]):
         if not todo[k]:
             continue
@@ -386,22 +424,42 @@ def find_roots(
         starts += 1
         claim(leaves, todo, k, columns.chart, columns.branch, CLAIM * leaf_size)
         chart = int(leaves[k, columns.chart])
-        free, z = system.free[chart], at.z
+        z = at.z
         seed(model, system, chart, leaves[k], columns.variables > 3, at)
-        if not improve(at.data, at.rows, free, z, at.C, NEWTON_STEPS):
+        if not improve(at.data, at.rows, system.free[chart], z, at.C, NEWTON_STEPS):
             continue
         far = max(abs(z[0]), abs(z[1]), abs(z[2])) >= FAR_OUT
-        if far or known(bench.charts, bench.unique, count, chart, z, z):
+        if far or is_known(bench, count, chart, z):
             continue
-        box, unique, core = bench.boxes[count], bench.unique[count], bench.cores[count]
-        if not (
-            enclosed(system, free, ranges, at, box) and alone(model, system, bench, chart, at, box, unique)
-        ):
-            continue
-        sharpest(model, free, ranges, at, box, core)
-        ends(core, at.lo, at.hi)
-        if not known(bench.charts, bench.unique, count, chart, at.lo, at.hi):
-            bench.charts[count] = chart
+        if prove(model, system, bench, count, chart, at):
             count += 1
-    strike_settled(model, bench, count, leaves, todo, columns, at)
+    for k in range(leaves.shape[0]):
+        todo[k] = True
+        if leaves.shape[0] <= FEW_LEAVES and settles(model, bench, count, leaves[k], columns, at):
+            todo[k] = False
     return leaves.shape[0], count
+
+
+@entry()
+def find_roots(
+    model: Any,
+    system: Any,
+    bench: Any,
+    count: int,
+    leaves: Any,
+    todo: Any,
+    first: int,
+    columns: Any,
+    leaf_size: float,
+) -> tuple[int, int]:
+    """Start Newton from leaves and prove roots; see ``from_leaves``. ``bench`` is a ``Bench``.
+
+    Guarantee
+    ---------
+    Each root appended is proved: for every choice of data exactly one zero in its box, none other in its
+    uniqueness box, and it is not one of the roots known before.
+    """
+    return from_leaves(
+        known_root, prove_root, settled_by_root,
+        model, system, bench, count, leaves, todo, first, columns, leaf_size,
+    )  # fmt: skip

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from functools import cache
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,8 +19,9 @@ from cdpr_interval.engine.rows import FOLDED, SMALL
 from cdpr_interval.engine.search import Report, Run, search
 from cdpr_interval.mechanics.six_dof.arrays import Model
 from solvers.six_dof.cells.columns import POSE_COLUMNS, ROTATION_COLUMNS
-from solvers.six_dof.cells.kinds import POSE_CELLS, ROTATION_CELLS, CellKind
-from solvers.six_dof.roots import Prover, Reduction, Root
+from solvers.six_dof.cells.kinds import ROTATION_CELLS, CellKind
+from solvers.six_dof.cells.roots import Reduction, Root
+from solvers.six_dof.cells.tube_prover import prover_of
 
 Floats = NDArray[np.float64]
 
@@ -34,6 +35,7 @@ SPREAD_SHARE = 0.5
 """Last leaf size over (width of the length ranges / platform size)."""
 GROWING_LEAVES = 60_000
 """More leaves than this, and more than in the round before, mean a continuum that no search resolves."""
+RANGED_REASON = "some lengths in the given ranges may have a pose here: neither proved nor excluded"
 DEEP = 2e-5
 """Leaf size from which on the leaves lie around single points."""
 GROWING_DEEP = 2_000
@@ -44,7 +46,7 @@ class Observer(Protocol):
     """Whoever sees what becomes of the cells in u."""
 
     def solver_run(self, model: Model, roots: Floats, leaf_size: float) -> Run:
-        """Return one thread's search, as the cells' kind has it, but seen; ``roots`` : `root_rows`."""
+        """Return one thread's search, as the kind of cells has it, but seen; ``roots`` as in `Context`."""
         ...
 
 
@@ -68,6 +70,10 @@ class SubsetSearch:
     pending: int = 0
     cells: int = 0
     stop: Stop = Stop.EXHAUSTED
+    first_leaf: float = FIRST_LEAF
+
+    def __post_init__(self) -> None:
+        self.prover = prover_of(self.model, self.reduction)
 
     def solve(self, cells: Floats | None = None) -> None:
         """Run all rounds of the search in u, then of the search in (u, x) on what it hands on.
@@ -75,14 +81,30 @@ class SubsetSearch:
         ``cells``: where to search; the default is everywhere.
         """
         everywhere = start_cells(self.reduction) if cells is None else cells
-        folded = self.rounds(everywhere, ROTATION_CELLS)
+        turn, pose = self.prover.kinds
+        folded = self.rounds(everywhere, turn)
         if len(folded) and self.stop is Stop.EXHAUSTED:
-            self.rounds(position_cells(self.model, folded), POSE_CELLS)
+            self.rounds(position_cells(self.model, folded), pose)
+
+    @property
+    def left(self) -> int:
+        """How many cells could not be decided."""
+        return len(self.undecided) + len(self.undecided_position)
+
+    def solve_cells(self, cells: Floats, cells_in_position: Floats) -> None:
+        """Run all rounds on cells of both kinds, and on what those in u hand on."""
+        turn, pose = self.prover.kinds
+        folded = self.rounds(cells, turn)
+        if self.stop is Stop.EXHAUSTED:
+            more = position_cells(self.model, folded)
+            self.rounds(np.concatenate([cells_in_position, more]), pose)
+        else:
+            self.pending += len(cells_in_position)
 
     def rounds(self, cells: Floats, kind: CellKind) -> Floats:
         """Search ``cells`` round by round; return the folded leaves that are handed on to (u, x)."""
-        prover = Prover(self.model, self.reduction)
-        leaf_size = FIRST_LEAF
+        prover = self.prover
+        leaf_size = self.first_leaf
         before = 0
         handed_on: list[Floats] = [np.empty((0, cells.shape[1]))]
         while len(cells):
@@ -105,7 +127,7 @@ class SubsetSearch:
 
     def one_round(self, cells: Floats, leaf_size: float, kind: CellKind) -> tuple[Floats, Floats]:
         """Search down to ``leaf_size``; return small and folded leaves."""
-        rows = root_rows(self.model, self.roots)
+        rows = self.prover.seen_by_cells(self.roots)
         result = search(
             lambda: self.run(kind, rows, leaf_size),
             cells,
@@ -118,8 +140,8 @@ class SubsetSearch:
         self.pending += len(result.pending)
         return result.leaves[result.kinds == SMALL], result.leaves[result.kinds == FOLDED]
 
-    def run(self, kind: CellKind, rows: Floats, leaf_size: float) -> Run:
-        """Return the compiled search of one thread; ``rows`` : `root_rows`."""
+    def run(self, kind: CellKind, rows: Any, leaf_size: float) -> Run:
+        """Return the compiled search of one thread; ``rows`` : what the prover has for cells."""
         if self.observer is not None and kind is ROTATION_CELLS:
             return self.observer.solver_run(self.model, rows, leaf_size)
         return kind.run(self.model, rows, leaf_size)
@@ -129,14 +151,14 @@ class SubsetSearch:
         if len(cells) == 0:
             return
         if last_leaf(self.model) > LAST_LEAF:
-            self.reason = "some lengths in the given ranges may have a pose here: neither proved nor excluded"
+            self.reason = RANGED_REASON
         elif too_many and len(cells) > GROWING_LEAVES:
             self.reason = "too many cells remain: the solutions seem to form a continuum"
         elif too_many:
             self.reason = "smaller cells decide no more: the wrenches are nearly dependent, or poses meet"
         else:
             self.reason = "the smallest cells could neither be excluded nor proved"
-        if kind is POSE_CELLS:
+        if kind.columns.in_position:
             self.undecided_position = cells
         else:
             self.undecided = cells
@@ -187,9 +209,3 @@ def position_cells(model: Model, folded: Floats) -> Floats:
     cells[:, POSE_COLUMNS.chart] = folded[:, ROTATION_COLUMNS.chart]
     cells[:, POSE_COLUMNS.share] = 1.0 / max(1, len(folded))
     return cells
-
-
-def root_rows(model: Model, roots: list[Root]) -> Floats:
-    """Return the uniqueness boxes as one array for the kernels."""
-    width = 1 + 2 * (6 + model.n_taut)
-    return np.array([root.row() for root in roots]).reshape(len(roots), width)

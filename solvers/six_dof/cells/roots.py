@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cache
+from typing import Any, ClassVar
 
 import numpy as np
 from flint import arb
@@ -17,7 +18,7 @@ from cdpr_interval.mechanics.six_dof.arrays import Model
 from cdpr_interval.mechanics.six_dof.frame import Frame, Pose, centred_cayley, coordinates, half_turn
 from solvers.six_dof.cells.columns import POSE_COLUMNS
 from solvers.six_dof.cells.kinds import POSE_CELLS, ROTATION_CELLS, CellKind
-from solvers.six_dof.root_search import FEW_LEAVES, MOST_STARTS, Bench, System, find_roots
+from solvers.six_dof.cells.root_search import FEW_LEAVES, MOST_STARTS, Bench, System, find_roots
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -78,11 +79,9 @@ PLANAR = Reduction(((0, 2), None, (0, 2), None), (0, 2, 4), planar=True)
 
 @dataclass(frozen=True, eq=False)
 class Root:
-    """A proved zero for every choice of lengths: exactly one in ``box``, no other one in ``unique``.
+    """A proved zero of exact data: exactly one in ``box``, no other one in ``unique``, which holds ``box``.
 
-    Boxes are (6 + n, 2) in (u, p, t). ``core`` holds the zero for one choice of lengths. Two roots that
-    coincide for one choice do so for all: zeros move continuously with the lengths, and none
-    leaves ``box``, which lies inside ``unique``.
+    Boxes are (6 + n, 2) in (u, p, t). ``core`` holds the zero, too: for data with ranges that of one choice.
     """
 
     chart: int
@@ -90,28 +89,47 @@ class Root:
     unique: Floats
     core: Floats
 
+    @property
+    def parts(self) -> tuple[Any, ...]:
+        """The tubes it is made of; none for exact data."""
+        return ()
+
     def row(self) -> Floats:
         """Return the uniqueness box as the kernels read it."""
         return np.concatenate([[self.chart], self.unique[:, 0], self.unique[:, 1]])
 
 
 class Prover:
-    """Finds and proves roots of one reduced system."""
+    """Finds and proves the zeros of one reduced system: roots, of exact data."""
+
+    kinds: ClassVar[tuple[CellKind, CellKind]] = (ROTATION_CELLS, POSE_CELLS)
+    """The cells of the search in u and of that in (u, x)."""
+    find_zeros: ClassVar[Callable[..., tuple[int, int]]] = staticmethod(find_roots)
+    """The compiled search for zeros from leaves."""
 
     def __init__(self, model: Model, reduction: Reduction) -> None:
         self.model = model
         self.system = system_of(reduction, model.n_taut)
 
-    def bench(self, roots: Sequence[Root]) -> Bench:
+    def seen_by_cells(self, roots: Sequence[Root]) -> Any:
+        """Return the uniqueness boxes as one array for the kernels."""
+        width = 1 + 2 * (6 + self.model.n_taut)
+        return np.array([root.row() for root in roots]).reshape(len(roots), width)
+
+    def bench(self, roots: Sequence[Root]) -> Any:
         """Return scratch that holds the roots known, with room for as many as one call may find."""
         room = (len(roots) + MOST_STARTS, 6 + self.model.n_taut, 2)
         charts, unique = np.zeros(room[0], dtype=np.int64), np.empty(room)
         for k, root in enumerate(roots):
             charts[k] = root.chart
             unique[k] = root.unique
-        return Bench(
-            ROTATION_CELLS.scratch(), POSE_CELLS.scratch(), charts, unique, np.empty(room), np.empty(room)
-        )
+        turn, pose = self.kinds
+        return Bench(turn.scratch(), pose.scratch(), charts, unique, np.empty(room))
+
+    def root(self, bench: Any, k: int) -> Root:
+        """Return the root in row ``k``."""
+        box, unique = bench.boxes[k].copy(), bench.unique[k].copy()
+        return Root(int(bench.charts[k]), box, unique, box)
 
     def find(
         self, leaves: Floats, leaf_size: float, kind: CellKind, known: Sequence[Root], budget: Budget
@@ -125,12 +143,10 @@ class Prover:
         while first < len(leaves) and budget.stop() is None:
             before = [*known, *found]
             bench = self.bench(before)
-            first, count = find_roots(
+            first, count = self.find_zeros(
                 self.model, self.system, bench, len(before), leaves, todo, first, kind.columns, leaf_size
             )
-            for k in range(len(before), count):
-                box, unique, core = bench.boxes[k].copy(), bench.unique[k].copy(), bench.cores[k].copy()
-                found.append(Root(int(bench.charts[k]), box, unique, core))
+            found += [self.root(bench, k) for k in range(len(before), count)]
         return found, leaves[todo] if first == len(leaves) else leaves
 
     def root_near(self, chart: int, u: Floats, p: Floats) -> Root | None:
@@ -143,11 +159,11 @@ class Prover:
         cell[0, :6] = np.repeat(u, 2)
         cell[0, 6:12] = np.repeat(x, 2)
         cell[0, POSE_COLUMNS.chart] = chart
-        found, _ = self.find(cell, 0.0, POSE_CELLS, [], Budget())
+        found, _ = self.find(cell, 0.0, self.kinds[1], [], Budget())
         return found[0] if found else None
 
-    def unsettled(self, cells: Floats, roots: list[Root], kind: CellKind) -> Floats:
-        """Return the cells whose equilibria are not all in one root's uniqueness box.
+    def unsettled(self, cells: Floats, roots: Sequence[Root], kind: CellKind) -> Floats:
+        """Return the cells whose equilibria are not all one root's.
 
         The search looks before it contracts a cell; here the contracted leaves get a last look.
         """
@@ -155,7 +171,7 @@ class Prover:
         for first in range(0, len(cells), FEW_LEAVES):
             few = slice(first, first + FEW_LEAVES)
             # Without a leaf to start from only this last look is left.
-            find_roots(
+            self.find_zeros(
                 self.model, self.system, bench, len(roots), cells[few], todo[few], 0, kind.columns, 0.0
             )
         return cells[todo]

@@ -1,0 +1,287 @@
+"""The square system of a taut subset along a polynomial of its data, in second-order forms.
+
+The unknowns z = (u, p, t) of ``system`` are forms in the symbols of the data: symbol i is cable i's square
+of length, lambda_i = l_i^2 + r_i delta_i. Times s = 1 + |u|^2 everything is polynomial (``geometry``), and
+with q_i = A_i - p, b_i the arm
+
+    s (|q_i|^2 + |b_i|^2 - lambda_i) - 2 q_i . s R b_i = 0             (lengths)
+    sum t_i (s q_i - s R b_i) + s f = 0,  sum t_i s R b_i x q_i = 0    (statics)
+
+Exit points and arms may be off by the model's spreads besides. Then the equations of lengths are kept with
+the middle points, which is what lambda_i stands for (``arrays.Model``), and all derivatives enclose those of
+the system of every choice.
+
+Arrays: ``F`` (rows, columns of a form, LANES) forms with the rows below and ``ALONG_DATA`` as symbols, of
+which only the first lane is looked at; ``model`` is an ``arrays.Model``.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from numba import types
+
+from cdpr_interval.engine.rows import Table
+from cdpr_interval.kernels.kernel import kernel
+from cdpr_interval.kernels.lanes import Lanes, lanes, load, splat, store
+from cdpr_interval.kernels.rounding import inflate_lanes
+from cdpr_interval.kernels.second_order import (
+    Forms,
+    Symbols,
+    add_product,
+    add_scaled,
+    combine2,
+    combine3,
+    constant,
+    copy,
+    cross3,
+    dot3,
+    largest,
+    magnitude,
+    multiply,
+    scale,
+    signatures,
+    widen,
+)
+from cdpr_interval.mechanics.six_dof.rows import DIMENSIONS, MOST_TAUT
+
+MOST_UNKNOWNS = 6 + MOST_TAUT
+
+TABLE = Table()
+Z = TABLE.take("Z", MOST_UNKNOWNS)
+"""The unknowns u, p, t."""
+SQUARES = TABLE.take("SQUARES", 3)
+"""u_k^2."""
+MIXED = TABLE.take("MIXED", 3)
+"""u_i u_j, at the place of the third."""
+SCALE = TABLE.take("SCALE")
+"""s."""
+ROTATION = TABLE.take("ROTATION", 9)
+"""s R."""
+STEP = TABLE.take("STEP", 3)
+"""q of a cable."""
+ARM = TABLE.take("ARM", 3)
+"""s R b of a cable."""
+TURNING = TABLE.take("TURNING", 9)
+"""Its derivatives by u, one vector behind the other."""
+SPOKE = TABLE.take("SPOKE", 3)
+"""s q - s R b of a cable."""
+MOMENT = TABLE.take("MOMENT", 3)
+"""s R b x q of a cable."""
+TERM = TABLE.take("TERM", 3)
+SUM = TABLE.take("SUM")
+"""|q|^2 + |b|^2 - lambda of a cable."""
+EQUATIONS = TABLE.take("EQUATIONS", MOST_UNKNOWNS)
+"""Lengths, forces, moments."""
+JACOBIAN = TABLE.take("JACOBIAN", MOST_UNKNOWNS * MOST_UNKNOWNS)
+"""Their derivatives, an equation's behind each other."""
+
+
+@kernel(signatures(types.void, types.int64, types.float64, types.float64))
+def shift(F: Forms, row: int, value: float, error: float, S: Symbols) -> None:
+    """Add a number known up to ``error`` to a row."""
+    new = load(F, row, 0) + value
+    store(F, row, 0, new)
+    widen(F, row, inflate_lanes(splat(error), abs(new), 4.0), S)
+
+
+@kernel()
+def derivative(i: int, k: int) -> int:
+    """Return the row of equation i's derivative by unknown k."""
+    return JACOBIAN + MOST_UNKNOWNS * i + k
+
+
+@kernel(signatures(types.void))
+def rotation_forms(F: Forms, S: Symbols) -> None:
+    """Write s and s R from u."""
+    one, two = splat(1.0), splat(2.0)
+    for k in range(3):
+        i, j = (k + 1) % 3, (k + 2) % 3
+        multiply(F, SQUARES + k, Z + k, Z + k, 1.0, S)
+        multiply(F, MIXED + k, Z + i, Z + j, 1.0, S)
+    combine3(F, SCALE, SQUARES, one, one, one, splat(0.0), S)
+    shift(F, SCALE, 1.0, 0.0, S)
+    for i in range(3):
+        for j in range(3):
+            row = ROTATION + 3 * i + j
+            if i == j:
+                a, b = -1.0 if i != 0 else 1.0, -1.0 if i != 1 else 1.0
+                c = -1.0 if i != 2 else 1.0
+                combine3(F, row, SQUARES, splat(a), splat(b), splat(c), splat(0.0), S)
+                shift(F, row, 1.0, 0.0, S)
+            else:
+                k = 3 - i - j
+                sign = -2.0 if (j - i) % 3 == 1 else 2.0
+                combine2(F, row, MIXED + k, two, Z + k, splat(sign), S)
+
+
+@kernel()
+def turning_forms(F: Forms, model: Any, chart: int, i: int, S: Symbols) -> None:
+    """Write the derivatives of s R b by u: by u_m they are -2 u_m b + 2 e_m x b + 2 e_m (u . b) + 2 u b_m."""
+    u = splat(1.0)
+    for k in range(3):
+        u += largest(F, Z + k, S)
+    off = model.arms_err[i, 0] + model.arms_err[i, 1] + model.arms_err[i, 2]
+    error = inflate_lanes(6.0 * u * off, splat(0.0), 20.0)
+    for m in range(3):
+        for k in range(3):
+            row = TURNING + 3 * m + k
+            c0, c1, c2 = 0.0, 0.0, 0.0
+            for q in range(3):
+                c = 0.0
+                if q == m:
+                    c -= 2.0 * model.arms[chart, i, k]
+                if q == k:
+                    c += 2.0 * model.arms[chart, i, m]
+                if k == m:
+                    c += 2.0 * model.arms[chart, i, q]
+                c0, c1, c2 = (c if q == 0 else c0), (c if q == 1 else c1), (c if q == 2 else c2)
+            # 0 where k = m, else the sum of three terms of which two cancel exactly.
+            combine3(F, row, Z, splat(c0), splat(c1), splat(c2), error, S)
+            if k != m:
+                other = 3 - k - m
+                sign = -2.0 if (k - m) % 3 == 1 else 2.0
+                # (e_m x b)_k
+                shift(F, row, sign * model.arms[chart, i, other], 0.0, S)
+
+
+@kernel()
+def cable_forms(F: Forms, model: Any, chart: int, i: int, S: Symbols) -> None:
+    """Write what the equations and derivatives of a cable are made of, and its length's equation."""
+    one = splat(1.0)
+    off = model.arms_err[i, 0] + model.arms_err[i, 1] + model.arms_err[i, 2]
+    most = largest(F, SCALE, S)
+    error = inflate_lanes(most * off, splat(0.0), 20.0)
+    square, square_err = 0.0, 0.0
+    for k in range(3):
+        b, e = model.arms[chart, i, k], model.arms_err[i, k]
+        square += b * b
+        square_err += 2.0 * abs(b) * e + e * e + 1e-15 * b * b
+        scale(F, STEP + k, Z + 3 + k, -one, S)
+        shift(F, STEP + k, model.exits[i, k], model.exits_err[i, k], S)
+    b0, b1 = splat(model.arms[chart, i, 0]), splat(model.arms[chart, i, 1])
+    b2 = splat(model.arms[chart, i, 2])
+    for k in range(3):
+        combine3(F, ARM + k, ROTATION + 3 * k, b0, b1, b2, error, S)
+    dot3(F, SUM, STEP, STEP, S)
+    # The difference of the two numbers is rounded besides.
+    off = 2.0 * square_err + 1e-15 * (square + model.lengths_sq[i])
+    shift(F, SUM, square - model.lengths_sq[i], off, S)
+    slope = load(F, SUM, 1 + i) - model.lengths_sq_err[i]
+    store(F, SUM, 1 + i, slope)
+    add_to_sum(F, SUM, abs(slope) + model.lengths_sq_err[i], S)
+    multiply(F, EQUATIONS + i, SCALE, SUM, 1.0, S)
+    dot3(F, TERM, STEP, ARM, S)
+    add_scaled(F, EQUATIONS + i, TERM, splat(-2.0), S)
+
+
+@kernel(signatures(types.void, types.int64, lanes))
+def add_to_sum(F: Forms, row: int, size: Lanes, S: Symbols) -> None:
+    """Account for a slope that was changed by hand: ``size`` bounds the old and the new one."""
+    K = len(S.noise)
+    Q = 1 + K + K * (K + 1) // 2
+    total = splat(0.0)
+    for k in range(1, 1 + K):
+        total += abs(load(F, row, k))
+    store(F, row, Q + 1, total)
+    widen(F, row, inflate_lanes(splat(0.0), size, 4.0), S)
+
+
+@kernel()
+def spread_forms(F: Forms, model: Any, i: int, S: Symbols) -> None:
+    """Let a cable's exit point and arm be off by the model's spreads, in all that derivatives are made of."""
+    arm = model.arm_spread[i]
+    step, u = splat(0.0), splat(1.0)
+    for k in range(3):
+        step += largest(F, STEP + k, S)
+        u += largest(F, Z + k, S)
+    shifted = model.exit_spread[i, 0] + model.exit_spread[i, 1] + model.exit_spread[i, 2]
+    square = (2.0 * step + shifted) * shifted
+    length = 0.0
+    for k in range(3):
+        length += abs(model.arms[0, i, k])
+    square += (2.0 * length + arm) * arm
+    gap = shifted + arm
+    square += (2.0 * model.lengths[i, 1] + gap) * gap
+    widen(F, SUM, inflate_lanes(square, splat(0.0), 20.0), S)
+    most = largest(F, SCALE, S)
+    for k in range(3):
+        widen(F, STEP + k, splat(model.exit_spread[i, k]), S)
+        widen(F, ARM + k, inflate_lanes(most * arm, splat(0.0), 4.0), S)
+    for k in range(9):
+        widen(F, TURNING + k, inflate_lanes(6.0 * u * arm, splat(0.0), 4.0), S)
+
+
+@kernel()
+def statics_forms(F: Forms, model: Any, i: int, S: Symbols) -> None:
+    """Add a cable's force and moment to the equations."""
+    n = model.n_taut
+    for k in range(3):
+        multiply(F, SPOKE + k, SCALE, STEP + k, 1.0, S)
+        combine2(F, SPOKE + k, SPOKE + k, splat(1.0), ARM + k, splat(-1.0), S)
+    cross3(F, MOMENT, ARM, STEP, S)
+    for k in range(3):
+        add_product(F, EQUATIONS + n + k, Z + 6 + i, SPOKE + k, 1.0, S)
+        add_product(F, EQUATIONS + n + 3 + k, Z + 6 + i, MOMENT + k, 1.0, S)
+
+
+@kernel()
+def cable_slopes(F: Forms, model: Any, i: int, S: Symbols) -> None:
+    """Add a cable's part of the derivatives."""
+    n = model.n_taut
+    t = Z + 6 + i
+    two, minus = splat(2.0), splat(-1.0)
+    for m in range(3):
+        own = derivative(i, m)
+        multiply(F, own, Z + m, SUM, 1.0, S)
+        dot3(F, TERM, STEP, TURNING + 3 * m, S)
+        combine2(F, own, own, two, TERM, splat(-2.0), S)
+        scale(F, derivative(i, 3 + m), SPOKE + m, splat(-2.0), S)
+        for k in range(3):
+            multiply(F, TERM, Z + m, STEP + k, 1.0, S)
+            combine2(F, TERM, TERM, two, TURNING + 3 * m + k, minus, S)
+            add_product(F, derivative(n + k, m), t, TERM, 1.0, S)
+        cross3(F, TERM, TURNING + 3 * m, STEP, S)
+        for k in range(3):
+            add_product(F, derivative(n + 3 + k, m), t, TERM + k, 1.0, S)
+        a, b = (m + 1) % 3, (m + 2) % 3
+        # Moment t r x (A - p) by p_m: t e_m x r.
+        add_product(F, derivative(n + 3 + a, 3 + m), t, ARM + b, -1.0, S)
+        add_product(F, derivative(n + 3 + b, 3 + m), t, ARM + a, 1.0, S)
+        add_product(F, derivative(n + m, 3 + m), t, SCALE, -1.0, S)
+        copy(F, derivative(n + m, 6 + i), SPOKE + m, S)
+        copy(F, derivative(n + 3 + m, 6 + i), MOMENT + m, S)
+
+
+@kernel()
+def form_system(F: Forms, model: Any, chart: int, slopes: bool, S: Symbols) -> None:
+    """Write the n + 6 equations at the unknowns Z, and with ``slopes`` their derivatives.
+
+    Guarantee: for every choice of the data and every z in the forms Z (their errors included) the
+    equations of that choice, and the derivatives by z there, are enclosed.
+    """
+    n = model.n_taut
+    zero = splat(0.0)
+    for e in range(n + DIMENSIONS):
+        constant(F, EQUATIONS + e, zero, zero, S)
+        if slopes:
+            for k in range(6 + n):
+                constant(F, derivative(e, k), zero, zero, S)
+    rotation_forms(F, S)
+    most = largest(F, SCALE, S)
+    for k in range(3):
+        scale(F, EQUATIONS + n + k, SCALE, splat(model.load[k]), S)
+        widen(F, EQUATIONS + n + k, inflate_lanes(most * model.load_err[k], zero, 4.0), S)
+        if slopes:
+            for m in range(3):
+                row = derivative(n + k, m)
+                scale(F, row, Z + m, splat(2.0 * model.load[k]), S)
+                error = 2.0 * model.load_err[k] * largest(F, Z + m, S)
+                widen(F, row, inflate_lanes(error, magnitude(F, row, S), 4.0), S)
+    for i in range(n):
+        cable_forms(F, model, chart, i, S)
+        turning_forms(F, model, chart, i, S)
+        spread_forms(F, model, i, S)
+        statics_forms(F, model, i, S)
+        if slopes:
+            cable_slopes(F, model, i, S)

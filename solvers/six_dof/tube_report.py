@@ -1,0 +1,123 @@
+"""What tubes report: bounds over all choices of the data, in the robot's frames."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cdpr_interval.engine.per_thread import per_thread
+from cdpr_interval.kernels import interval
+from cdpr_interval.kernels.lanes import LANES
+from cdpr_interval.kernels.second_order import width
+from cdpr_interval.mechanics.rotation import rotation_at
+from cdpr_interval.mechanics.six_dof.arrays import Model
+from cdpr_interval.mechanics.six_dof.fields import Cables, Fields
+from cdpr_interval.mechanics.six_dof.tube import SYMBOLS, tube
+from cdpr_interval.mechanics.six_dof.tube_fields import TABLE, fill_tube_fields
+from solvers.six_dof.cells.roots import GENERAL, PLANAR, Root, system_of
+from solvers.six_dof.cells.tube import Tube
+from solvers.six_dof.cells.tube_prover import forms_of_thread
+from solvers.six_dof.prepared import Lengths
+from solvers.six_dof.reduction import Reduced
+from solvers.six_dof.solution import empty_fields, fields_of
+
+Floats = NDArray[np.float64]
+
+
+def tube_fields(
+    cables: Cables, lengths: Lengths, taut: tuple[int, ...], reduced: Reduced, roots: Sequence[Root]
+) -> Fields:
+    """Return what the tubes of one search report, in bounds.
+
+    Whether a pose is stable is looked at for the data's middle. It is so for all of them: the system's
+    Jacobian at a pose is, in other coordinates, the second derivative of the Lagrangian, bordered by the
+    lengths' first ones, and regular along the tube, so that its inertia does not change.
+    """
+    parts = [part for root in roots for part in root.parts]
+    each = pieces(cables, lengths, taut, reduced, parts)
+    fields = empty_fields(len(roots), len(taut), len(cables.exits))
+    first = 0
+    for m, root in enumerate(roots):
+        last = first + len(root.parts)
+        for whole, piece in zip(fields[:-1], each[:-1], strict=True):
+            whole[m, ..., 0] = piece[first:last, ..., 0].min(axis=0)
+            whole[m, ..., 1] = piece[first:last, ..., 1].max(axis=0)
+        first = last
+    planar = reduced.reduction is PLANAR
+    seen = roots if planar else [replace_box(root) for root in roots]
+    fields.verdicts[:] = fields_of(cables, lengths, taut, reduced.frame, seen).verdicts
+    return fields
+
+
+def replace_box(root: Root) -> Root:
+    """Return a root that stands for the zero at the middle of the data."""
+    return Root(root.chart, root.core, root.unique, root.core)
+
+
+def pieces(
+    cables: Cables, lengths: Lengths, taut: tuple[int, ...], reduced: Reduced, parts: Sequence[Tube]
+) -> Fields:
+    """Return what tubes in one piece report, verdicts left out."""
+    n, count = len(taut), len(cables.exits)
+    fields = empty_fields(len(parts), n, count)
+    order = np.array([*taut, *(i for i in range(count) if i not in taut)], dtype=np.int64)
+    forms = fields_forms(0)
+    for m, part in enumerate(parts):
+        seen = with_tensions(reduced.model, part) if n == 6 else part
+        if seen is None:
+            for array in fields[:-1]:
+                array[m] = np.nan
+            continue
+        data = (reduced.model, cables, reduced.frame.bounds)
+        tube_data = (part.chart, seen.polynomial, seen.radii)
+        fill_tube_fields(forms, SYMBOLS, *data, *tube_data, order, fields, m)
+    for j, i in enumerate(taut):
+        lo, hi = lengths.bounds[i]
+        for m in range(len(parts)):
+            fields.tensions[m, i] = interval.mul(*fields.densities[m, j], lo, hi)
+        # A taut cable is as long as it is.
+        fields.distances[:, i, 0], fields.distances[:, i, 1] = lo, hi
+    return fields
+
+
+def with_tensions(model: Model, part: Tube) -> Tube | None:
+    """Return a tube of six cables with their tensions; None where these are not proved to be unique."""
+    z = part.polynomial[:, 0].copy()
+    z[6:] = float_tensions(model, part.chart, z)
+    system = system_of(GENERAL, 6)
+    C, w, hull = np.empty((12, 12)), np.empty(12), np.empty((12, 2))
+    forms = forms_of_thread(0)
+    rows, free = system.rows, np.ascontiguousarray(system.free[part.chart])
+    piece = model._replace(lengths_sq=model.lengths_sq.copy(), lengths_sq_err=model.lengths_sq_err.copy())
+    piece.lengths_sq[:6], piece.lengths_sq_err[:6] = part.squares, part.radii_of_squares
+    if not (np.isfinite(z).all() and tube(forms, SYMBOLS, piece, part.chart, rows, free, z, C, w, hull)):
+        return None
+    terms = part.polynomial.shape[1]
+    found = replace(part, polynomial=forms[:12, :terms, 0].copy(), radii=w.copy())
+    return found if part.holds(found_pose(found), part.squares) else None
+
+
+def found_pose(found: Tube) -> Tube:
+    """Return a tube without its tensions, to be compared with one of the pose alone."""
+    polynomial, radii = found.polynomial.copy(), found.radii.copy()
+    polynomial[6:], radii[6:] = 0.0, 0.0
+    return replace(found, polynomial=polynomial, radii=radii)
+
+
+def float_tensions(model: Model, chart: int, z: Floats) -> Floats:
+    """Return tension / length of six cables that balance the load at a pose, in floats."""
+    turned = np.empty((3, 3))
+    rotation_at(z[:3], turned)
+    arms = model.arms[chart, :6] @ turned.T
+    spokes = model.exits[:6] - z[3:6] - arms
+    wrenches = np.concatenate([spokes, np.cross(arms, spokes)], axis=1).T
+    return np.linalg.lstsq(wrenches, -np.concatenate([model.load, np.zeros(3)]), rcond=None)[0]
+
+
+@per_thread
+def fields_forms(_: int) -> Floats:
+    """Return a thread's forms for what tubes report."""
+    return np.zeros((TABLE.height, width(SYMBOLS), LANES))
