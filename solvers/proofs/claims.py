@@ -67,11 +67,16 @@ def box_of(search: Search, reduced: Reduced, root: Root) -> list[tuple[float, fl
 def candidates(root: Root, reduced: Reduced, listed: Sequence[Listed], family: bool) -> list[int]:
     """Return the solutions that a root's pose may be."""
     middle = balls.middle(pose_of(root, reduced.frame).rotation)
+
+    def may_be(solution: Listed) -> bool:
+        """Return True when a solution may be the root's: over ranges of lengths their middles differ."""
+        near = NEAR + np.ptp(solution.rotation, axis=-1)
+        return bool(np.all(np.abs(middle - np.mean(solution.rotation, axis=-1)) < near))
+
     return [
         k
         for k, solution in enumerate(listed)
-        if (solution.family is not None) == family
-        and (family or bool(np.all(np.abs(middle - np.mean(solution.rotation, axis=-1)) < NEAR)))
+        if (solution.family is not None) == family and (family or may_be(solution))
     ]
 
 

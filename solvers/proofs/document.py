@@ -22,6 +22,8 @@ if TYPE_CHECKING:
     from solvers.proofs.claimed import Claimed
 
 Json = dict[str, Any]
+NOT_RECORDED = "not recorded"
+NO_BOX = "not recorded: no box was proved to hold the pose for all lengths in their ranges"
 
 
 def certificate_document(
@@ -49,7 +51,8 @@ def certificate_document(
     left = [(s.taut, reason) for s, reason in document_candidates(problem, result)]
     out = [{"taut": list(taut), "reason": reason} for taut, reason in left if reason is not None]
     missing = [s for k, s in enumerate(solutions) if k not in backed]
-    out += [{"taut": list(s.taut), "reason": "not recorded"} for s in missing]
+    why = NO_BOX if any(lo < hi for lo, hi in problem.lengths) else NOT_RECORDED
+    out += [{"taut": list(s.taut), "reason": why} for s in missing]
     tool = this_tool()
     return {
         "format": FORMAT,

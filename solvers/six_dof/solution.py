@@ -11,7 +11,11 @@ from numpy.typing import NDArray
 
 from cdpr_interval.exact import balls
 from cdpr_interval.mechanics.energy import classify
-from cdpr_interval.mechanics.orientation import quaternion_from_rotation, rpy_from_rotation
+from cdpr_interval.mechanics.orientation import (
+    quaternion_from_rotation,
+    rotation_from_quaternion,
+    rpy_from_rotation,
+)
 from cdpr_interval.mechanics.six_dof.fields import OPEN, STABLE, Cables, Fields, fill_fields
 from cdpr_interval.mechanics.six_dof.frame import Frame, Pose
 from cdpr_interval.mechanics.stability import Stability
@@ -22,6 +26,9 @@ from solvers.six_dof.cells.roots import Root
 from solvers.six_dof.prepared import Lengths
 
 Floats = NDArray[np.float64]
+
+NARROW = 1e-9
+"""A matrix this near to a rotation is taken for one."""
 
 
 @dataclass(frozen=True)
@@ -263,7 +270,11 @@ def nominal(robot: Robot, pose: Pose) -> Nominal:
 
 def nominal_pose(position: tuple[float, float, float], rotation: Floats) -> Nominal:
     """Return a pose in plain floats, its rotation as quaternion and angles."""
-    return Nominal(position, quaternion_from_rotation(rotation), rpy_from_rotation(rotation))
+    quaternion = quaternion_from_rotation(rotation)
+    nearest = rotation_from_quaternion(quaternion)
+    # The middle of wide bounds is no rotation: near a pitch of a quarter turn its own angles are far off.
+    narrow = np.abs(nearest - rotation).max() < NARROW
+    return Nominal(position, quaternion, rpy_from_rotation(rotation if narrow else nearest))
 
 
 def solve_densities(problem: Problem, taut: tuple[int, ...], pose: Pose) -> Pose | None:

@@ -36,6 +36,9 @@ event.register("numba:compile", Compiled())
 print(tracker.update([7.5, 8.0, 7.0, 9.0]).status.value)
 poses = forward_kinematics(robot, [7.5, 8.0, 7.0, 9.0], taut=range(4)).solutions
 tracker.reset(next(pose for pose in poses if pose.stability == "stable"))
+for robot, ranges in (("uc4", ["7.5+-0.001", "8+-0.001", "7", "9"]), ("uc2", ["7.5+-0.001", "8"])):
+    found = forward_kinematics(robot, ranges, taut=range(len(ranges)))
+    assert found.outcome.value == "complete", found
 for lengths in ([7.501, 8.0, 7.0, 9.0], [(7.5, 7.50001), 8.0, 7.0, 9.0], [17.0, 8.0, 7.0, 9.0]):
     print(tracker.update(lengths).status.value)
 """

@@ -8,10 +8,12 @@ import numpy as np
 import pytest
 
 from cdpr_interval import load_robot
+from certificates.container import unpack
 from certificates.verdicts import Verdict
+from solvers.answers.data import Outcome
 from solvers.forward import answer_question, pose_problem
 from solvers.proofs.check import difference, proof_of
-from solvers.proofs.document import certificate_bytes
+from solvers.proofs.document import NO_BOX, certificate_bytes
 from solvers.questions.problem import Options
 from solvers.six_dof.record import Record
 
@@ -86,6 +88,19 @@ def test_poses_that_could_not_be_certified_are_said():
     proof = proof_of(robot, result, content)
     assert proof.name == "PROVED (partial)" and not proof.is_refused
     assert "1 not certified" in proof.message
+
+
+@pytest.mark.parametrize(("by", "is_complete"), [("0.0001", True), ("0.001", False)])
+def test_ranges_of_a_platform_are_proved_as_far_as_boxes_go(by, is_complete):
+    """The checker knows no tubes: what its boxes do not prove is left out by name, and nothing is refused."""
+    lengths = [f"7.5+-{by}", "8" if is_complete else f"8+-{by}"]
+    robot, result, content = solved("uc2", lengths, taut=["c1", "c2"])
+    assert result.outcome is Outcome.COMPLETE and len(result.solutions) == 8
+    proof = proof_of(robot, result, content)
+    assert proof.verdict is Verdict.PROVED and not proof.is_refused and proof.is_complete == is_complete
+    left = unpack(content)["not_certified"]
+    assert len(left) < 8 and bool(left) != is_complete
+    assert all(pose == {"taut": [0, 1], "reason": NO_BOX} for pose in left), left
 
 
 def test_what_is_no_certificate(uc2):
