@@ -135,9 +135,14 @@ def chart_of(quaternion: Quaternion) -> tuple[int, tuple[float, float, float]]:
     """Return the chart c and u, all entries at most 1, with R(u) D_c near the rotation of a quaternion."""
     sizes = [abs(q) for q in quaternion]
     chart = sizes.index(max(sizes))
+    return chart, u_in(chart, quaternion)
+
+
+def u_in(chart: int, quaternion: Quaternion) -> tuple[float, float, float]:
+    """Return u with R(u) D_c near the rotation of a quaternion; its entry c must not be 0."""
     w, x, y, z = (q / quaternion[chart] for q in quaternion)
     # The inverses of ``quaternion_of``.
-    return chart, ((x, y, z), (-w, -z, y), (z, -w, -x), (-y, x, -w))[chart]
+    return ((x, y, z), (-w, -z, y), (z, -w, -x), (-y, x, -w))[chart]
 
 
 def best_chart(rotation: NDArray[np.float64]) -> int:

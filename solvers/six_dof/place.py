@@ -15,6 +15,7 @@ from cdpr_interval.text.count import counted
 from solvers.answers.data import Solution
 from solvers.six_dof.cells.roots import GENERAL, GEOMETRY, system_of
 from solvers.six_dof.estimate import Body, Estimate, Guess
+from solvers.six_dof.way import Known, Way
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -41,6 +42,28 @@ class Place:
     """(m,) its unknowns."""
     halvings: int = 0
     """The region proved last had the first radius halved so often."""
+    densities: Floats | None = None
+    """(n,) of a start; of six cables they are no unknowns."""
+    way: Way | None = None
+    """What continuation knows of the pose; None at a start."""
+
+    def take(self, known: Known) -> None:
+        """Take over a pose with other taut cables, perhaps."""
+        self.taut = np.array(known.taut, dtype=np.int64)
+        n = len(known.taut)
+        others = [i for i in range(len(known.lengths)) if i not in known.taut]
+        self.order = np.array([*known.taut, *others], dtype=np.int64)
+        system = system_of(GEOMETRY if n == FULL_SYSTEM else GENERAL, n)
+        self.rows, self.free = system.rows, system.free[0].copy()
+        self.z = np.zeros(6 + n)
+        self.z[:6] = known.z[:6]
+        self.z[6 : 6 + self.known] = known.z[6 + self.taut[: self.known]]
+
+    @property
+    def known(self) -> int:
+        """How many of t are unknowns of the square system: all but those of six cables."""
+        n = len(self.taut)
+        return n if n < FULL_SYSTEM else 0
 
 
 def place_of(body: Body, start: Any) -> Place:
@@ -118,4 +141,4 @@ def _place(body: Body, centre: Floats, quaternion: Any, taut: tuple[int, ...], d
     others = np.array([i for i in range(count) if i not in taut], dtype=np.int64)
     carrying = np.array(taut, dtype=np.int64)
     order = np.concatenate([carrying, others])
-    return Place(chart, z, order, carrying, system.rows, system.free[0].copy())
+    return Place(chart, z, order, carrying, system.rows, system.free[0].copy(), densities=densities)

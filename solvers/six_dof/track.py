@@ -38,10 +38,12 @@ from cdpr_interval.mechanics.six_dof import system as newton
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
-TRACKED, NO_ROOT, MOVED, TIGHT, LOOSE, SINGULAR, SEVERAL, BROAD = range(8)
+TRACKED, NO_ROOT, MOVED, TIGHT, LOOSE, SINGULAR, SEVERAL, BROAD, GONE, OTHER, FORCED = range(11)
 """What ``track`` says: proved; Newton found no pose; it lies outside the region; a slack cable may be tight;
 a taut one may be loose; the tensions are not bounded; there may be more than one root; the roots for all
-lengths may not fit in."""
+lengths may not fit in. Of poses that are followed (`continuation`) besides: no tube is proved; the tube may
+be
+one of another pose; the last pose is one under another force."""
 NEWTON_STEPS = 16
 """The reference is near: more steps mean that the pose has gone."""
 TRIES = Tries(boxes=12, growth=1.1, kept=0.0)

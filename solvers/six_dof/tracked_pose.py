@@ -24,7 +24,7 @@ class TrackStatus(StrEnum):
     """What is proved for all lengths in their ranges."""
 
     TRACKED = "tracked"
-    """There is exactly one static pose in the region, and the bounds enclose it."""
+    """The bounds enclose the pose, and it is proved which one that is."""
     LOST = "lost-track"
     """That could not be proved; ``reason`` says why."""
 
@@ -68,13 +68,27 @@ class TrackedPose:
     reason : str
         Empty with TRACKED; else one sentence: which step of the proof failed, and on which cable it hangs.
     tried : Region or None
-        The region tried last, also where track is lost; None where no pose was tracked before.
+        The region tried last, also where track is lost; None where the pose was followed, or none was tracked
+        before.
+    pieces : int
+        In how many pieces the way to these lengths was proved; 0 where the pose is the only one in
+        ``region``.
+    switching : tuple of int
+        Cables that became taut or slack on that way; one whose state is ``switching`` still is taut for some
+        of these lengths and slack for others.
 
     Guarantee
     ---------
-    With status TRACKED, for every choice of lengths in their ranges the robot has exactly one static pose
-    in ``region``, with whatever cables taut; the bounds enclose it, the cables in ``taut`` carry tension and
-    all others are nearer than their lengths. With LOST nothing is claimed.
+    With status TRACKED the bounds enclose a static pose for every choice of lengths in their ranges; the
+    cables in ``taut`` carry tension, those whose state is ``slack`` are nearer than their lengths, and one
+    whose state is ``switching`` is either. Which pose that is:
+
+    * with a ``region`` the only one in it, whatever cables are taut;
+    * without, the one that the last pose becomes while the lengths go straight, at any pace, from any choice
+      of the last lengths to any choice of these. After a start, the last pose is the one next to the start's
+      numbers, for the lengths that it has there. On that way the cables in ``switching`` change.
+
+    With LOST nothing is claimed.
     """
 
     status: TrackStatus
@@ -86,6 +100,8 @@ class TrackedPose:
     """Of the one pose, as kernels compute them; None with LOST."""
     _guess: Callable[[], Estimate] | None = field(default=None, compare=False)
     """Computes the estimate: it takes a millisecond, which only those wait for who ask."""
+    pieces: int = 0
+    switching: tuple[int, ...] = ()
 
     def __repr__(self) -> str:
         if not self.tracked:
@@ -96,7 +112,16 @@ class TrackedPose:
     def __reduce__(self) -> tuple[object, ...]:
         """Take the estimate along to another process; the tracker that computes it stays."""
         guess = None if self._guess is None else partial(_known_estimate, self._guess())
-        return TrackedPose, (self.status, self.reason, self.tried, self._taut, self.fields, guess)
+        return TrackedPose, (
+            self.status,
+            self.reason,
+            self.tried,
+            self._taut,
+            self.fields,
+            guess,
+            self.pieces,
+            self.switching,
+        )
 
     @property
     def proved(self) -> bool:
@@ -105,14 +130,13 @@ class TrackedPose:
 
     @property
     def tracked(self) -> bool:
-        """True when the pose exists, is the only one in the region, and lies in the bounds."""
+        """True when the pose is proved, and lies in the bounds."""
         return self.status is TrackStatus.TRACKED
 
     @property
-    def region(self) -> Region:
-        """The poses about which the answer speaks."""
+    def region(self) -> Region | None:
+        """The poses among which this is the only one; None where it was followed, and others may be near."""
         self._known()
-        assert self.tried is not None
         return self.tried
 
     @property
@@ -158,7 +182,13 @@ class TrackedPose:
     def states(self) -> tuple[CableState, ...]:
         """What is proved about each cable, file order."""
         count = self._known().tensions.shape[1]
-        return tuple([CableState.TAUT if i in self._taut else CableState.SLACK for i in range(count)])
+        tensions = self._known().tensions[0]
+        return tuple([self._state(i, float(tensions[i, 1])) for i in range(count)])
+
+    def _state(self, cable: int, most: float) -> CableState:
+        if cable in self._taut:
+            return CableState.TAUT
+        return CableState.SWITCHING if cable in self.switching and most > 0.0 else CableState.SLACK
 
     @property
     def point(self) -> tuple[float, float, float]:

@@ -2,7 +2,7 @@
 
 `forward_kinematics` finds every static pose anywhere and takes milliseconds to seconds. A controller knows
 where the platform was a moment ago: here the last pose is carried on, and proved to be the only one
-around there, whatever cables are taut.
+around there, whatever cables are taut, or where that cannot be, to be what the last one moves to.
 """
 
 from __future__ import annotations
@@ -22,7 +22,8 @@ from numpy.typing import NDArray
 from cdpr_interval.errors import CdprError, InputError
 from cdpr_interval.exact.enclosure import Bounds, enclose
 from cdpr_interval.mechanics.loaded import loaded
-from cdpr_interval.mechanics.rotation import HALF_TURNS, chart_of, quaternion_of
+from cdpr_interval.mechanics.orientation import rotation_from_quaternion
+from cdpr_interval.mechanics.rotation import HALF_TURNS, chart_of, quaternion_of, u_in
 from cdpr_interval.mechanics.six_dof.fields import Cables, Fields, fill_fields
 from cdpr_interval.mechanics.six_dof.frame import Frame
 from cdpr_interval.mechanics.stability import Stability
@@ -43,15 +44,19 @@ from solvers.six_dof.place import Place, guess_of, is_single, place_of
 from solvers.six_dof.prepared import cables_of
 from solvers.six_dof.track import (
     BROAD,
+    FORCED,
+    GONE,
     LOOSE,
     MOVED,
     NO_ROOT,
+    OTHER,
     SINGULAR,
     TIGHT,
     TRACKED,
     track,
 )
 from solvers.six_dof.tracked_pose import Region, TrackedPose, TrackStatus
+from solvers.six_dof.way import Arrived, Known, Way, spread, warm_up_ways
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -90,7 +95,9 @@ class Tracker:
     radius : float, optional
         m: of the largest region tried around the last pose; by default an eighth of ``size``.
     least_radius : float, optional
-        m: a smaller region counts as lost; by default a 32768th of ``size``, at most ``radius``.
+        m: a smaller region is not tried; by default a 32768th of ``size``, at most ``radius``.
+    follow : bool, optional
+        Where no region is proved, follow the pose from the last lengths to these; else it is lost there.
 
     Raises
     ------
@@ -115,11 +122,14 @@ class Tracker:
     >>> pose = tracker.update([7.501, 8.0, 7.0, 9.0])
     >>> pose.tracked, pose.taut
     (True, (0, 1, 2, 3))
-    >>> lost = tracker.update([7.8, 8.0, 7.0, 9.0])  # a jump: no proof, but an estimate
+    >>> pose = tracker.update([7.55, 8.0, 7.0, 9.3])  # followed, through a cable that becomes slack
+    >>> pose.tracked, pose.taut, pose.switching
+    (True, (0, 1, 2), (3,))
+    >>> lost = tracker.update([7.55, 8.0, 7.0, (8.9, 9.5)])  # no proof, but an estimate
     >>> str(lost.status), lost.estimate.status, lost.estimate.converged
     ('lost-track', 'estimate', True)
     >>> tracker.reset(lost.estimate)
-    >>> tracker.update([7.8, 8.0, 7.0, 9.0]).tracked
+    >>> tracker.update([7.55, 8.0, 7.0, 9.2]).tracked
     True
     """
 
@@ -130,6 +140,7 @@ class Tracker:
         *,
         radius: float | None = None,
         least_radius: float | None = None,
+        follow: bool = True,
     ) -> None:
         robot = require_robot(robot)
         require_treated(robot, uncertain_data(robot, asker="Tracker"))
@@ -142,6 +153,7 @@ class Tracker:
         self._radius = metres("radius", radius, LARGEST_REGION * self._size, 0.5 * self._size)
         smallest = min(SMALLEST_REGION * self._size, self._radius)
         least = metres("least_radius", least_radius, smallest, self._radius)
+        self._follows = follow
         self._last = int(math.log2(self._radius / least) + 1e-9)
         self._frame = Frame.plain().bounds
         self._count = len(robot.cables)
@@ -202,6 +214,8 @@ class Tracker:
             self._charts[0], load.bounds, lengths, order, system.rows, system.free[0].copy(), radii,
             z, np.empty(7), np.empty((7, 2)),
         )  # fmt: skip
+        if self._follows:
+            warm_up_ways(self._robot, self._charts[0], load.bounds)
         if self._place is None:
             from solvers.six_dof import warming
 
@@ -211,7 +225,7 @@ class Tracker:
     def update(
         self, lengths: str | Sequence[Any] | Any, external_force: Sequence[Any] | None = None
     ) -> TrackedPose:
-        """Follow the pose to new lengths and prove that no other is near.
+        """Follow the pose to new lengths; prove that it is the only one near, or what the last one moves to.
 
         Parameters
         ----------
@@ -282,14 +296,25 @@ class Tracker:
         if status == TRACKED:
             fields = self._fields(load, place.chart, box, place.taut, bounds)
             if np.isfinite(fields.tensions).all():
-                # Proved positive; wide bounds of six tensions may still reach below zero.
-                np.maximum(fields.tensions, 0.0, out=fields.tensions)
-                self._move(place, root, halvings)
+                self._move(place, root, halvings, bounds, load)
                 return TrackedPose(TrackStatus.TRACKED, "", region, taut, fields)
             status = SINGULAR
         place.halvings = 0
         guess = cache(partial(self._estimate, place, bounds, load))
-        return TrackedPose(TrackStatus.LOST, self._reason(status, cable, region), region, taut, None, guess)
+        if not self._follows:
+            reason = self._reason(status, cable, f"within {region.radius:.3g} m of the last pose")
+            return TrackedPose(TrackStatus.LOST, reason, region, taut, None, guess)
+        arrived = self._way(place, bounds, load).go(
+            place.chart, self._charts[place.chart], load.bounds, bounds
+        )
+        if arrived.status == TRACKED:
+            found = self._arrived(place, arrived, load, bounds)
+            if found is not None:
+                return found
+            arrived.status = GONE
+        where = f"after {100.0 * arrived.share:.3g} % of the way to these lengths"
+        reason = self._reason(arrived.status, arrived.cable, where)
+        return TrackedPose(TrackStatus.LOST, reason, region, taut, None, guess)
 
     def _estimate(self, place: Place, bounds: Bounds, load: Load) -> Estimate:
         """Return a pose in plain floats for lengths for which track was lost, from the last one known."""
@@ -314,12 +339,56 @@ class Tracker:
         self._updates += 1
         return max(0, place.halvings - (self._updates % LARGER_EVERY == 0))
 
-    def _move(self, place: Place, root: Floats, halvings: int) -> None:
-        """Make the pose found the reference of the next update."""
+    def _way(self, place: Place, lengths: Bounds, load: Load) -> Way:
+        """Return the way of the pose tracked last; from a start it begins with the start's own distances."""
+        if place.way is None:
+            taut = tuple(place.taut.tolist())
+            own = lengths.copy()
+            rotation = rotation_from_quaternion(quaternion_of(place.chart, place.z))
+            own[place.taut] = self._body.distances(place.z[3:6], rotation)[place.taut, None]
+            assert place.densities is not None
+            z = spread(np.concatenate([place.z[:6], place.densities]), taut, self._count)
+            place.way = Way(self._robot, Known(taut, z, own, load.bounds, z, np.zeros(len(z))))
+        return place.way
+
+    def _move(self, place: Place, root: Floats, halvings: int, lengths: Bounds, load: Load) -> None:
+        """Make the pose found, alone in its region, the reference of the next update."""
+        taut = tuple(place.taut.tolist())
+        z = spread(root[: 6 + place.known], taut, self._count)
+        known = Known(taut, z, lengths, load.bounds, z, np.zeros(len(z)))
+        self._way(place, lengths, load).alone_in(known, place.z[:6], self._radius * 0.5**halvings)
         place.z, place.halvings, self._guess = root, halvings, None
-        if max(map(abs, root[:3].tolist())) > CHART_END:
-            place.chart, u = chart_of(quaternion_of(place.chart, place.z))
-            place.z[:3] = u
+        self._turn_chart(place)
+
+    def _arrived(self, place: Place, arrived: Arrived, load: Load, lengths: Bounds) -> TrackedPose | None:
+        """Make the pose followed the reference of the next update; None where its bounds are not finite."""
+        known = arrived.known
+        assert place.way is not None and known is not None
+        taut = (
+            known.taut if arrived.open < 0 else (*(i for i in known.taut if i != arrived.open), arrived.open)
+        )
+        each = [self._fields(load, place.chart, box, np.array(taut), lengths) for box in arrived.boxes]
+        fields = hull_of(each, arrived.open)
+        if not np.isfinite(fields.tensions).all():
+            return None
+        place.way.arrive(arrived)
+        place.take(known)
+        self._guess = None
+        self._turn_chart(place)
+        steady = tuple(sorted(i for i in taut if i != arrived.open))
+        return TrackedPose(
+            TrackStatus.TRACKED, "", None, steady, fields, pieces=arrived.pieces, switching=arrived.switching
+        )
+
+    def _turn_chart(self, place: Place) -> None:
+        """Take another chart where u is too large."""
+        if max(map(abs, place.z[:3].tolist())) <= CHART_END:
+            return
+        assert place.way is not None
+        before = place.chart
+        place.chart, u = chart_of(quaternion_of(before, place.z))
+        place.z[:3] = u
+        place.way.turn_chart(lambda z: u_in(place.chart, quaternion_of(before, z)))
 
     def _fields(self, load: Load, chart: int, box: Floats, taut: Ints, lengths: Bounds) -> Fields:
         """Return what a proved pose reports."""
@@ -335,6 +404,8 @@ class Tracker:
         )
         charts = np.array([chart])
         fill_fields(load.cables, self._frame, box[None], charts, taut, lengths, fields)
+        # Proved positive; wide bounds of six tensions may still reach below zero.
+        np.maximum(fields.tensions, 0.0, out=fields.tensions)
         return fields
 
     def _region(self, place: Place, halvings: int) -> Region:
@@ -344,23 +415,21 @@ class Tracker:
         angle = math.nextafter(radius / self._size, 0.0)
         return Region((x, y, z), quaternion_of(place.chart, place.z), radius, angle)
 
-    def _reason(self, status: int, cable: int, region: Region) -> str:
-        """Say why a pose is lost."""
-        within = f"within {region.radius:.3g} m of the last pose"
+    def _reason(self, status: int, cable: int, where: str) -> str:
+        """Say why a pose is lost, and where."""
         name = self._robot.cable_names[cable] if cable >= 0 else ""
-        if status == NO_ROOT:
-            return "no pose was found near the last one for these lengths"
-        if status == MOVED:
-            return f"the pose for these lengths does not lie {within}"
-        if status == TIGHT:
-            return f"cable {name}, slack in the last pose, may be taut {within}"
-        if status == LOOSE:
-            return f"cable {name}, taut in the last pose, may be slack {within}"
-        if status == SINGULAR:
-            return f"the tensions are not bounded {within}: the pose is singular, or one of a family"
-        if status == BROAD:
-            return f"the poses for all these lengths may not lie {within}"
-        return f"more than one pose may lie {within}"
+        reasons = {
+            NO_ROOT: "no pose was found near the last one for these lengths",
+            MOVED: f"the pose for these lengths does not lie {where}",
+            TIGHT: f"cable {name}, slack in the last pose, may be taut {where}",
+            LOOSE: f"cable {name}, taut in the last pose, may be slack {where}",
+            SINGULAR: f"the tensions are not bounded {where}: the pose is singular, or one of a family",
+            BROAD: f"the poses for all these lengths may not lie {where}",
+            FORCED: "the force is not that of the last pose, and no pose is proved to be alone near it",
+            GONE: f"no pose is proved to go on {where}: it may end there, or be singular",
+            OTHER: f"what goes on from the last pose {where} may be another one",
+        }
+        return reasons.get(status, f"more than one pose may lie {where}")
 
     def _begin(self, lengths: Any, load: Load) -> str:
         """Search everywhere for a pose to start from; return why there is none."""
@@ -391,6 +460,20 @@ class Tracker:
 
 
 ZERO_FORCE = (0.0, 0.0, 0.0)
+
+
+def hull_of(each: Sequence[Fields], loose: int) -> Fields:
+    """Return what one pose reports that has several bounds, in some of them with a cable slack."""
+    if len(each) == 1:
+        return each[0]
+    parts = [
+        np.stack([np.minimum(*(x[..., 0] for x in pair)), np.maximum(*(x[..., 1] for x in pair))], axis=-1)
+        for pair in zip(*(one[:-1] for one in each), strict=True)
+    ]
+    first, second = (one.verdicts for one in each)
+    fields = Fields._make([*parts, np.where(first == second, first, 0)])
+    fields.tensions[:, loose, 0] = 0.0
+    return fields
 
 
 def metres(name: str, given: float | None, default: float, most: float) -> float:

@@ -30,6 +30,7 @@ from cdpr_interval.kernels.second_order import (
     Symbols,
     add_product,
     add_scaled,
+    bounds,
     combine2,
     combine3,
     constant,
@@ -146,8 +147,8 @@ def turning_forms(F: Forms, model: Any, chart: int, i: int, S: Symbols) -> None:
 
 
 @kernel()
-def cable_forms(F: Forms, model: Any, chart: int, i: int, S: Symbols) -> None:
-    """Write what the equations and derivatives of a cable are made of, and its length's equation."""
+def cable_parts(F: Forms, model: Any, chart: int, i: int, S: Symbols) -> None:
+    """Write q, s R b and |q|^2 + |b|^2 - lambda of a cable, lambda the middle of its square of length."""
     one = splat(1.0)
     off = model.arms_err[i, 0] + model.arms_err[i, 1] + model.arms_err[i, 2]
     most = largest(F, SCALE, S)
@@ -167,12 +168,38 @@ def cable_forms(F: Forms, model: Any, chart: int, i: int, S: Symbols) -> None:
     # The difference of the two numbers is rounded besides.
     off = 2.0 * square_err + 1e-15 * (square + model.lengths_sq[i])
     shift(F, SUM, square - model.lengths_sq[i], off, S)
+
+
+@kernel()
+def length_equation(F: Forms, out: int, S: Symbols) -> None:
+    """Write s (|q|^2 + |b|^2 - lambda) - 2 q . s R b of a cable: s times what its distance exceeds."""
+    multiply(F, out, SCALE, SUM, 1.0, S)
+    dot3(F, TERM, STEP, ARM, S)
+    add_scaled(F, out, TERM, splat(-2.0), S)
+
+
+@kernel()
+def cable_forms(F: Forms, model: Any, chart: int, i: int, S: Symbols) -> None:
+    """Write what the equations and derivatives of a taut cable are made of, and its length's equation."""
+    cable_parts(F, model, chart, i, S)
     slope = load(F, SUM, 1 + i) - model.lengths_sq_err[i]
     store(F, SUM, 1 + i, slope)
     add_to_sum(F, SUM, abs(slope) + model.lengths_sq_err[i], S)
-    multiply(F, EQUATIONS + i, SCALE, SUM, 1.0, S)
-    dot3(F, TERM, STEP, ARM, S)
-    add_scaled(F, EQUATIONS + i, TERM, splat(-2.0), S)
+    length_equation(F, EQUATIONS + i, S)
+
+
+@kernel()
+def excess(F: Forms, model: Any, chart: int, i: int, S: Symbols) -> Lanes:
+    """Bound s (distance^2 - length^2) of a slack cable from above, for all its lengths.
+
+    Needs ``rotation_forms``; overwrites ``EQUATIONS``.
+    """
+    cable_parts(F, model, chart, i, S)
+    widen(F, SUM, splat(model.lengths_sq_err[i]), S)
+    spread_forms(F, model, i, S)
+    length_equation(F, EQUATIONS, S)
+    _, hi = bounds(F, EQUATIONS, S)
+    return hi
 
 
 @kernel(signatures(types.void, types.int64, lanes))

@@ -53,16 +53,26 @@ SLOPES = TABLE.take("SLOPES", MOST_UNKNOWNS * MOST_UNKNOWNS)
 INVERSE = TABLE.take("INVERSE", MOST_UNKNOWNS * MOST_UNKNOWNS)
 """C(delta)."""
 OUT = TABLE.take("OUT")
+TAUT_ONE = TABLE.take("TAUT_ONE", MOST_UNKNOWNS)
+SLACK_ONE = TABLE.take("SLACK_ONE", MOST_UNKNOWNS)
+"""Polynomials kept for later: of the system with a cable's length, and of that with its tension 0."""
 SYMBOLS = ALONG_DATA
 """The symbols of all forms here."""
+NONE = -1
+"""No cable."""
 LANE = 0
 """The lane that is looked at."""
-POLYNOMIAL_STEPS = 6
-"""Chord steps from z~(0) to the polynomial of degree two: two for each order, and two."""
+POLYNOMIAL_STEPS = 3
+"""Chord steps from z~(0) to the polynomial of degree two: one for each order, one for rounding; with six the
+radii of UC4 are the same in seven digits."""
 INFLATIONS = 12
 LARGER = 1.2
 """The next radii over the image of the last ones."""
 LEAST_RADIUS = 1e-15
+CONTRACTIONS = 4
+"""Of the radii of a tube after its proof: each takes a constant share of what is above the residuals."""
+NARROWEST = 1e-9
+"""Radii of a tube without extent, over its largest unknown: far above rounding, too small for curvature."""
 
 
 @kernel()
@@ -72,9 +82,19 @@ def place(i: int, j: int) -> int:
 
 
 @kernel()
-def keep_forms(F: Forms, n: int, rows: Any, free: Any, slopes: bool, S: Symbols) -> None:
-    """Copy the equations that are kept, and their derivatives by the free unknowns."""
+def keep_forms(F: Forms, n: int, rows: Any, free: Any, loose: int, slopes: bool, S: Symbols) -> None:
+    """Copy the equations that are kept, and their derivatives by the free unknowns.
+
+    Of the cable ``loose``, if any, the equation is t = 0 instead of its length.
+    """
     for i in range(free.shape[0]):
+        if i == loose:
+            copy(F, KEPT + i, Z + 6 + i, S)
+            if slopes:
+                for j in range(free.shape[0]):
+                    own = 1.0 if free[j] == 6 + i else 0.0
+                    constant(F, SLOPES + place(i, j), splat(own), splat(0.0), S)
+            continue
         if i < n:
             copy(F, KEPT + i, EQUATIONS + i, S)
             if slopes:
@@ -95,10 +115,12 @@ def keep_forms(F: Forms, n: int, rows: Any, free: Any, slopes: bool, S: Symbols)
 
 
 @kernel()
-def evaluate(F: Forms, model: Any, chart: int, rows: Any, free: Any, slopes: bool, S: Symbols) -> None:
+def evaluate(
+    F: Forms, model: Any, chart: int, rows: Any, free: Any, loose: int, slopes: bool, S: Symbols
+) -> None:
     """Write the kept equations and, with ``slopes``, their derivatives at the forms Z."""
     form_system(F, model, chart, slopes, S)
-    keep_forms(F, model.n_taut, rows, free, slopes, S)
+    keep_forms(F, model.n_taut, rows, free, loose, slopes, S)
 
 
 @kernel(signatures(types.void, types.int64))
@@ -197,7 +219,7 @@ def deviations_around(
     for i in range(free.shape[0]):
         store(F, Z + free[i], slope_column(len(S.noise) + free[i], S), splat(v[i]))
         close(F, Z + free[i], S)
-    evaluate(F, model, chart, rows, free, True, S)
+    evaluate(F, model, chart, rows, free, NONE, True, S)
     deviations(F, E, S)
     for i in range(free.shape[0]):
         as_polynomial(F, Z + free[i], S)
@@ -247,20 +269,88 @@ def tube(
     J, E, r = np.empty((m, m, 2)), np.empty((m, m, 2)), np.empty(m)
     for k in range(6 + n):
         constant(F, Z + k, splat(z[k]), splat(0.0), S)
-    evaluate(F, model, chart, rows, free, True, S)
+    evaluate(F, model, chart, rows, free, NONE, True, S)
     middle_slopes(F, 0, m, J)
     if not preconditioner(J, C):
         return False
     for _ in range(POLYNOMIAL_STEPS):
         subtract_step(F, C, free, S)
-        evaluate(F, model, chart, rows, free, False, S)
-    evaluate(F, model, chart, rows, free, True, S)
+        evaluate(F, model, chart, rows, free, NONE, False, S)
+    evaluate(F, model, chart, rows, free, NONE, True, S)
     inverse_forms(F, C, n, J, S)
     residuals(F, r, S)
     if not radii_proved(F, model, chart, rows, free, r, w, E, S):
         return False
     hull_of(F, free, w, z, hull, S)
     return True
+
+
+@entry()
+def polynomial(
+    F: Any, S: Any, model: Any, chart: int, rows: Any, free: Any, loose: int, z: Any, C: Any
+) -> bool:
+    """Write the polynomial of degree two through a zero z (6 + n,) at the middle of the data to the rows Z.
+
+    ``C`` (m, m) is written; False where there is none. ``loose`` is the cable of which t = 0 is the equation
+    instead of its length, ``NONE`` for none.
+    """
+    J = np.empty((free.shape[0], free.shape[0], 2))
+    for k in range(6 + model.n_taut):
+        constant(F, Z + k, splat(z[k]), splat(0.0), S)
+    evaluate(F, model, chart, rows, free, loose, True, S)
+    middle_slopes(F, 0, free.shape[0], J)
+    if not preconditioner(J, C):
+        return False
+    for step in range(POLYNOMIAL_STEPS):
+        if step > 0:
+            evaluate(F, model, chart, rows, free, loose, False, S)
+        subtract_step(F, C, free, S)
+    return True
+
+
+@entry()
+def proved_within(
+    F: Any, S: Any, model: Any, chart: int, rows: Any, free: Any, loose: int, C: Any, v: Any, w: Any, E: Any
+) -> bool:
+    """Prove the tube whose polynomial is in the rows Z, alone within the radii v (m,).
+
+    Less work than ``tube`` and ``alone_within``: the derivatives are looked at once. ``C`` and ``loose`` are
+    those of ``polynomial``; w (m,) and E (m, m, 2) are written, the rows Z stay.
+
+    Guarantee: where True is returned, for every choice of the data there is exactly one zero in
+    z~(delta) + [-v, v], and it lies in z~(delta) + [-w, w]. E encloses I - C(delta) J over the former, and
+    the rows INVERSE hold C(delta).
+    """
+    n, m = model.n_taut, free.shape[0]
+    part, r, image = np.empty((m, m, 2)), np.empty(m), np.empty(m)
+    for i in range(m):
+        store(F, Z + free[i], slope_column(len(S.noise) + free[i], S), splat(v[i]))
+        close(F, Z + free[i], S)
+    evaluate(F, model, chart, rows, free, loose, True, S)
+    inverse_forms(F, C, n, part, S)
+    deviations(F, E, S)
+    for i in range(m):
+        as_polynomial(F, Z + free[i], S)
+    evaluate(F, model, chart, rows, free, loose, False, S)
+    residuals(F, r, S)
+    if not stretched(E, v, r, w):
+        return False
+    for _ in range(CONTRACTIONS):
+        # E holds for all radii up to v.
+        image[:] = w
+        stretched(E, image, r, w)
+    return True
+
+
+@kernel()
+def extents(F: Forms, free: Any, share: float, out: Any, S: Symbols) -> None:
+    """Write a share of what the polynomial in the rows Z extends to out (m,); a little where it does not."""
+    most = 0.0
+    for i in range(free.shape[0]):
+        most = max(most, abs(F[Z + free[i], 0, LANE]))
+    for i in range(free.shape[0]):
+        extent = first_lane(largest(F, Z + free[i], S), F) - abs(F[Z + free[i], 0, LANE])
+        out[i] = share * max(extent, 0.0) + NARROWEST * most
 
 
 @kernel()

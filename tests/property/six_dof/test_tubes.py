@@ -309,8 +309,8 @@ def test_a_cell_is_settled_only_by_a_tube_that_holds_its_equilibrium(n: int, sea
 @every_count
 def test_offsets_hold_those_of_the_equilibrium(n: int) -> None:
     rng = random.Random(6)
-    bounded = 0
-    for number, robot in enumerate(planted(n)):
+    bounded, exact, sharp = 0, 0, 0
+    for robot in planted(n):
         for reach in (1e-2, 1e-4, 0.0):
             for kind, offsets in ((RANGED_ROTATION_CELLS, turn_offsets), (RANGED_POSE_CELLS, pose_offsets)):
                 in_turn = kind is RANGED_ROTATION_CELLS
@@ -324,8 +324,10 @@ def test_offsets_hold_those_of_the_equilibrium(n: int) -> None:
                 if offsets(kind.scratch(), robot.model, cell, tubes, 0, found):
                     bounded += 1
                     assert np.all(abs(off) <= found + 1e-12)
-                    assert reach > 0.0 or number >= 2 or np.all(found[:6] <= abs(off[:6]) + 0.01)
-    assert bounded >= 10
+                    exact += reach == 0.0
+                    sharp += reach == 0.0 and bool(np.all(found[:6] <= abs(off[:6]) + 0.01))
+    # Some robots are nearly singular.
+    assert bounded >= 10 and sharp >= 0.5 * exact > 0.0
 
 
 def test_a_cell_on_both_branches_is_not_asked_for_offsets() -> None:

@@ -28,7 +28,7 @@ def stable():
 @pytest.mark.parametrize(("step", "taut"), [(0.01, (0, 1, 2, 3)), (0.5, (0, 1, 2))])
 def test_a_lost_pose_is_estimated_through_a_switch(stable, step, taut):
     """The second step makes a cable slack: the search proves where the platform hangs then."""
-    tracker = Tracker("uc4", stable)
+    tracker = Tracker("uc4", stable, follow=False)
     lengths = [UC4[0] + step, *UC4[1:]]
     pose = tracker.update(lengths)
     assert pose.status is TrackStatus.LOST
@@ -50,7 +50,7 @@ def test_a_lost_pose_is_estimated_through_a_switch(stable, step, taut):
 
 
 def test_estimates_go_on_from_each_other(stable):
-    tracker = Tracker("uc4", stable)
+    tracker = Tracker("uc4", stable, follow=False)
     for k in range(1, 6):
         pose = tracker.update([7.5 + 0.4 * k, 8.0, 7.0, 9.0])
         assert not pose.tracked and pose.estimate.converged
@@ -67,7 +67,7 @@ def test_a_tracked_pose_is_its_own_estimate(stable):
 
 
 def test_poses_travel_between_processes(stable):
-    tracker = Tracker("uc4", stable)
+    tracker = Tracker("uc4", stable, follow=False)
     for pose in (tracker.update(UC4), tracker.update([7.8, 8.0, 7.0, 9.0])):
         again = pickle.loads(pickle.dumps(pose))
         assert (again.status, again.reason, again.tried) == (pose.status, pose.reason, pose.tried)

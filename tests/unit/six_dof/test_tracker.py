@@ -87,7 +87,8 @@ def test_a_pose_in_a_corner_of_the_bounds_is_not_in_the_region() -> None:
         for share in (0.5, 0.8, 0.9, 0.95, 1.0, 1.2, 1.5):
             for radius in (1e-3, 1e-4):
                 by = ([share * radius / 2 * x for x in turn], [share * radius * x for x in shift])
-                own = Tracker(robot, moved(robot, stable(), *by), radius=radius, least_radius=radius)
+                start = moved(robot, stable(), *by)
+                own = Tracker(robot, start, radius=radius, least_radius=radius, follow=False)
                 pose = own.update(UC4)
                 if pose.tracked:
                     assert pose.region is not None
@@ -233,8 +234,8 @@ def test_radii_bound_the_region() -> None:
         pose = tracker(radius=radius).update(UC4)
         assert pose.tracked and pose.region is not None and pose.region.radius <= radius
     near = [7.5 + 1e-5, 8.0, 7.0, 9.0]
-    assert "does not lie within 1e-06 m" in tracker(radius=1e-6).update(near).reason
-    pose = tracker(radius=1.0, least_radius=0.5).update(UC4)
+    assert "does not lie within 1e-06 m" in tracker(radius=1e-6, follow=False).update(near).reason
+    pose = tracker(radius=1.0, least_radius=0.5, follow=False).update(UC4)
     assert not pose.tracked and pose.tried is not None and pose.tried.radius >= 0.5
 
 
@@ -383,7 +384,7 @@ def test_warm_up_changes_nothing() -> None:
 
 def test_tensions_that_are_not_bounded_are_no_answer(monkeypatch: pytest.MonkeyPatch) -> None:
     """Six tensions are solved for once more in the pose's box; should that fail, nothing is claimed."""
-    own = tracker()
+    own = tracker(follow=False)
     honest = own._fields
 
     def failing(*given: Any) -> Any:

@@ -1,0 +1,523 @@
+"""The pose that the last one becomes while the lengths go straight to new ones, compiled.
+
+The way from the lengths before to those after is cut in pieces. Of each the hull of its lengths, ranges
+included, is a box of data, over which a tube is proved (``mechanics.six_dof.tube``): for every choice of
+lengths exactly one zero of the taut cables' system within v of a polynomial, and it lies within w. Then
+
+1. its tensions are positive and the other cables shorter than their lengths, for every choice: these zeros
+   are static poses with just these cables taut; and
+2. for one choice where two pieces meet, the zero of the one lies within v of the polynomial of the other.
+
+Zeros move continuously with the lengths and are regular, so those of two tubes that meet once are the same
+for all choices that both have. So for every choice before and every choice after, the pose that starts as
+the last one moves continuously while the lengths go from the one to the other along a straight line, with
+the same cables taut all along, and ends as the one zero of the last tube. Whether other poses are near is not
+said.
+
+Arrays, for n taut cables of N and m equations, taut cables first: ``F`` (rows, columns of a form, LANES)
+forms with the rows of ``tube.TABLE``; ``model`` is an ``arrays.Model`` whose lengths are written; ``data``
+(n + 1, 7, 2) as in ``six_dof.track``, ``slack_data`` (n, 7, 2) the same without the cable that switches;
+``before, after`` (N, 2) lengths in m; ``free`` (m,), ``rows`` (m - n, 6); ``A, B, C`` (m, m) inverses of
+derivatives, ``E`` (m, m, 2); ``v, w, slack_w, apart`` (m,) radii; ``z, slack_z`` (6 + n,); ``delta, off``
+(n,); ``box, slack_box`` (6 + n, 2); ``link`` is a ``Link``.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cdpr_interval.kernels import interval
+from cdpr_interval.kernels.kernel import entry, kernel, part
+from cdpr_interval.kernels.lanes import splat, store
+from cdpr_interval.kernels.rounding import down, up
+from cdpr_interval.kernels.second_order import Symbols, bounds, combine2, copy, largest
+from cdpr_interval.mechanics.six_dof import system as newton
+from cdpr_interval.mechanics.six_dof.form_system import Z, excess, rotation_forms
+from cdpr_interval.mechanics.six_dof.rows import MOST_TAUT
+from cdpr_interval.mechanics.six_dof.tube import (
+    INVERSE,
+    LANE,
+    NONE,
+    OUT,
+    SLACK_ONE,
+    TAUT_ONE,
+    as_polynomial,
+    extents,
+    first_lane,
+    place,
+    polynomial,
+    proved_within,
+)
+from solvers.six_dof.track import GONE, LOOSE, NEWTON_STEPS, OTHER, TIGHT, TRACKED, contract, holds
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+SHARE = 0.03
+"""Radii without a second zero over what a piece of the way moves the pose. Larger ones need shorter pieces:
+of the way to +-0.1 mm a platform of 0.5 m goes 42 % with 0.25, 97 % with 0.03, where a cable may be loose."""
+APART = 1.25
+"""Radii over the distance of the two zeros of a cable that may switch."""
+LEVEL = 0.05
+"""Least radius over the largest, in units of each unknown."""
+NEAR = 1.0 / 32.0
+"""Shortest piece, over the whole way, before a place where a cable may switch; ``cross`` goes on there."""
+ROOM = 4.0
+"""Radii without a second zero over those of the zero that the piece begins with, at least."""
+SHORTEST = 1.0 / 1024.0
+"""Of a piece, over the whole way: what is not proved over that is not proved."""
+MOST_PIECES = 256
+"""Tried on one way: a bound of the time a call takes."""
+CONTRACTIONS = 3
+"""Of the last enclosure, by the operator of Krawczyk."""
+ROUNDED = 4e-16
+"""Covers the rounding of a few operations, relative."""
+QUADRATIC = 1 + MOST_TAUT
+"""The column of a form where its coefficients of second order begin."""
+TERMS = QUADRATIC + MOST_TAUT * (MOST_TAUT + 1) // 2
+
+
+class Link(NamedTuple):
+    """What is known of the last pose: its zero for one choice, or a region in which it is alone."""
+
+    known: Any
+    """(1,) bool: the zero is known within ``radii`` of ``zero``; else there is the region."""
+    zero: Floats
+    """(6 + n,) for the middles of the lengths before."""
+    radii: Floats
+    """(6 + n,)."""
+    region: Floats
+    """(7,): u and p of the reference, and the radius in m; see ``track``."""
+
+
+@kernel()
+def piece_of_way(before: Any, after: Any, first: float, last: float, i: int) -> tuple[float, float]:
+    """Return bounds of a cable's lengths on a piece of the way; 0 <= first <= last <= 1."""
+    slack = 4.0 * ROUNDED * (before[i, 1] + after[i, 1])
+    lo0 = before[i, 0] + first * (after[i, 0] - before[i, 0])
+    lo1 = before[i, 0] + last * (after[i, 0] - before[i, 0])
+    hi0 = before[i, 1] + first * (after[i, 1] - before[i, 1])
+    hi1 = before[i, 1] + last * (after[i, 1] - before[i, 1])
+    if before[i, 0] == after[i, 0]:
+        lo0 = lo1 = before[i, 0] + slack
+    if before[i, 1] == after[i, 1]:
+        hi0 = hi1 = before[i, 1] - slack
+    return down(min(lo0, lo1) - slack), up(max(hi0, hi1) + slack)
+
+
+@kernel()
+def put_lengths(model: Any, data: Any, before: Any, after: Any, first: float, last: float) -> None:
+    """Write the lengths of a piece of the way to the model, and the middle of their squares to ``data``."""
+    for i in range(before.shape[0]):
+        lo, hi = piece_of_way(before, after, first, last, i)
+        square_lo, square_hi = interval.sqr(lo, hi)
+        middle = 0.5 * square_lo + 0.5 * square_hi
+        model.lengths[i, 0], model.lengths[i, 1] = lo, hi
+        model.lengths_sq[i] = middle
+        model.lengths_sq_err[i] = up(max(up(square_hi - middle), up(middle - square_lo)))
+        if i < model.n_taut:
+            data[i, 6, 0] = data[i, 6, 1] = middle
+
+
+@kernel()
+def place_on(model: Any, before: Any, after: Any, at: float, delta: Any, off: Any) -> None:
+    """Write the symbols delta (n,) of the middle lengths at a place of the way, and their errors off (n,)."""
+    for i in range(model.n_taut):
+        lo = before[i, 0] + at * (after[i, 0] - before[i, 0])
+        hi = before[i, 1] + at * (after[i, 1] - before[i, 1])
+        middle = 0.5 * lo + 0.5 * hi
+        size = model.lengths_sq_err[i]
+        delta[i] = min(max((middle * middle - model.lengths_sq[i]) / size, -1.0), 1.0)
+        off[i] = min(10.0 * ROUNDED * model.lengths_sq[i] / size, 2.0)
+
+
+@kernel()
+def column_of(i: int, j: int) -> int:
+    """Return the column of the product of the symbols i <= j."""
+    if i == j:
+        return QUADRATIC + i
+    return QUADRATIC + MOST_TAUT + i * MOST_TAUT - i * (i + 1) // 2 + j - i - 1
+
+
+@kernel()
+def polynomial_at(F: Any, c: int, n: int, delta: Any, off: Any) -> tuple[float, float]:
+    """Return an unknown's polynomial at delta (n,), and a bound of its error for symbols known to off."""
+    row = Z + c
+    value, size, slope = F[row, 0, LANE], abs(F[row, 0, LANE]), 0.0
+    for i in range(n):
+        value += F[row, 1 + i, LANE] * delta[i]
+        size += abs(F[row, 1 + i, LANE])
+        slope += abs(F[row, 1 + i, LANE]) * off[i]
+        for j in range(i, n):
+            q = F[row, column_of(i, j), LANE]
+            value += q * delta[i] * delta[j]
+            size += abs(q)
+            slope += abs(q) * (off[i] + off[j]) * 2.0
+    return value, (slope + 60.0 * ROUNDED * size) * 1.01
+
+
+@kernel()
+def linked(F: Any, n: int, free: Any, v: Any, w: Any, delta: Any, off: Any, size: float, link: Any) -> bool:
+    """Return True when the tube's zero at delta is proved to be the one that ``link`` knows."""
+    if link.known[0]:
+        for i in range(free.shape[0]):
+            c = free[i]
+            value, error = polynomial_at(F, c, n, delta, off)
+            # Also False for NaN.
+            if not up(up(abs(value - link.zero[c]) + error) + link.radii[c]) < v[i]:
+                return False
+        return True
+    box = np.empty((6, 2))
+    for i in range(free.shape[0]):
+        if free[i] < 6:
+            value, error = polynomial_at(F, free[i], n, delta, off)
+            error = up(error + w[i])
+            box[free[i], 0], box[free[i], 1] = down(value - error), up(value + error)
+    return bool(holds(link.region[:6], box, link.region[6], size))
+
+
+@kernel()
+def keep_link(F: Any, n: int, free: Any, w: Any, delta: Any, off: Any, link: Any) -> None:
+    """Write the tube's zero at delta to ``link``."""
+    link.known[0] = True
+    for i in range(free.shape[0]):
+        value, error = polynomial_at(F, free[i], n, delta, off)
+        link.zero[free[i]], link.radii[free[i]] = value, up(error + w[i])
+
+
+@kernel()
+def carries(F: Any, S: Symbols, model: Any, chart: int, free: Any, w: Any, switching: int) -> tuple[int, int]:
+    """Prove along the tube that taut cables carry and the others do not; else return why not and the cable.
+
+    Of a taut one that is ``switching`` nothing is asked. The polynomial in the rows Z is left without errors.
+    """
+    n, K = model.n_taut, len(S.noise)
+    errors = 1 + K + K * (K + 1) // 2
+    for i in range(free.shape[0]):
+        store(F, Z + free[i], errors, splat(w[i]))
+    status, cable = TRACKED, -1
+    for i in range(n):
+        lo, _ = bounds(F, Z + 6 + i, S)
+        if i != switching and not first_lane(lo, F) > 0.0:
+            status, cable = LOOSE, i
+    if status == TRACKED:
+        rotation_forms(F, S)
+        for j in range(n, model.lengths.shape[0]):
+            if not first_lane(excess(F, model, chart, j, S), F) < 0.0:
+                status, cable = TIGHT, j
+    for i in range(free.shape[0]):
+        as_polynomial(F, Z + free[i], S)
+    return status, cable
+
+
+@kernel()
+def end_box(F: Any, model: Any, after: Any, free: Any, w: Any, z: Any, box: Any) -> None:
+    """Write bounds (6 + n, 2) of the zeros for the lengths ``after`` to box, their middles to z (6 + n,)."""
+    n = model.n_taut
+    middle, half, off = np.empty(n), np.empty(n), np.zeros(n)
+    for i in range(n):
+        lo, hi = interval.sqr(after[i, 0], after[i, 1])
+        size = model.lengths_sq_err[i]
+        slack = 10.0 * ROUNDED * (1.0 + model.lengths_sq[i] / size)
+        first = max((lo - model.lengths_sq[i]) / size - slack, -1.0)
+        last = min((hi - model.lengths_sq[i]) / size + slack, 1.0)
+        middle[i] = 0.5 * first + 0.5 * last
+        half[i] = max(last - middle[i], middle[i] - first) * (1.0 + 4.0 * ROUNDED)
+    for i in range(free.shape[0]):
+        row = Z + free[i]
+        value, radius = polynomial_at(F, free[i], n, middle, off)
+        for a in range(n):
+            slope = F[row, 1 + a, LANE]
+            for b in range(n):
+                q = F[row, column_of(min(a, b), max(a, b)), LANE]
+                slope += (2.0 if a == b else 1.0) * q * middle[b]
+                radius += (1.0 if a == b else 0.5) * abs(q) * half[a] * half[b]
+            radius += abs(slope) * half[a]
+        radius = up(radius * (1.0 + 1e-12) + w[i])
+        z[free[i]] = value
+        box[free[i], 0], box[free[i], 1] = down(value - radius), up(value + radius)
+
+
+@kernel()
+def levelled(F: Any, size: float, free: Any, v: Any) -> None:
+    """Raise radii v (m,) that are small beside the others: what moves one unknown is in all equations."""
+    most, reach = 0.0, 0.0
+    for i in range(free.shape[0]):
+        if free[i] >= 6:
+            most = max(most, abs(F[Z + free[i], 0, LANE]))
+    for i in range(free.shape[0]):
+        scale = 1.0 if free[i] < 3 else (size if free[i] < 6 else most)
+        if scale > 0.0:
+            reach = max(reach, v[i] / scale)
+    for i in range(free.shape[0]):
+        scale = 1.0 if free[i] < 3 else (size if free[i] < 6 else most)
+        v[i] = max(v[i], LEVEL * reach * scale)
+
+
+@part()
+def prove_piece(
+    F: Any,
+    S: Any,
+    model: Any,
+    data: Any,
+    chart: int,
+    rows: Any,
+    free: Any,
+    link: Any,
+    z: Any,
+    C: Any,
+    v: Any,
+    w: Any,
+    E: Any,
+) -> bool:
+    """Prove a tube over the lengths in the model, from a float pose z (6 + n,) near it."""
+    if not newton.improve(data, rows, free, z, C, NEWTON_STEPS):
+        return False
+    if not polynomial(F, S, model, chart, rows, free, NONE, z, C):
+        return False
+    extents(F, free, SHARE, v, S)
+    if link.known[0]:
+        for i in range(free.shape[0]):
+            v[i] = max(v[i], ROOM * link.radii[free[i]])
+    levelled(F, model.size, free, v)
+    return bool(proved_within(F, S, model, chart, rows, free, NONE, C, v, w, E))
+
+
+@part()
+def try_piece(
+    F: Any, S: Any, model: Any, data: Any, chart: int, rows: Any, free: Any, before: Any, after: Any,
+    here: float, there: float, link: Any, z: Any, C: Any, w: Any,
+) -> tuple[int, int]:  # fmt: skip
+    """Prove a piece of the way, and write the pose at its end to ``link`` and z; else say why not."""
+    n, m = model.n_taut, free.shape[0]
+    v, E, delta, off, at = np.empty(m), np.empty((m, m, 2)), np.empty(n), np.empty(n), z.copy()
+    put_lengths(model, data, before, after, here, there)
+    if not prove_piece(F, S, model, data, chart, rows, free, link, at, C, v, w, E):
+        return GONE, -1
+    place_on(model, before, after, here, delta, off)
+    if not linked(F, n, free, v, w, delta, off, model.size, link):
+        return OTHER, -1
+    status, cable = carries(F, S, model, chart, free, w, NONE)
+    if status == TRACKED:
+        place_on(model, before, after, there, delta, off)
+        keep_link(F, n, free, w, delta, off, link)
+        for i in range(m):
+            z[free[i]] = link.zero[free[i]]
+    return status, cable
+
+
+@part()
+def contracted(data: Any, rows: Any, free: Any, after: Any, z: Any, C: Any, box: Any) -> None:
+    """Contract the bounds (6 + n, 2) of the zeros for the lengths ``after`` near z."""
+    # Where Newton's method goes the derivative's inverse is better; any will do for a proof.
+    at = z.copy()
+    for i in range(data.shape[0] - 1):
+        middle = 0.5 * after[i, 0] + 0.5 * after[i, 1]
+        data[i, 6, 0] = data[i, 6, 1] = middle * middle
+    newton.improve(data, rows, free, at, C, NEWTON_STEPS)
+    for i in range(data.shape[0] - 1):
+        data[i, 6, 0], data[i, 6, 1] = interval.sqr(after[i, 0], after[i, 1])
+    for _ in range(CONTRACTIONS):
+        contract(data, rows, free, C, box)
+
+
+@entry()
+def follow(
+    F: Any, S: Any, model: Any, data: Any, chart: int, rows: Any, free: Any, before: Any, after: Any,
+    start: float, link: Any, z: Any, box: Any,
+) -> tuple[int, int, int, float, float]:  # fmt: skip
+    """Prove the pose that the last one becomes while the lengths go straight from ``before`` to ``after``.
+
+    Parameters
+    ----------
+    start : float
+        The share of the way that is proved already; 1: only for the lengths after.
+    link : Link
+        What is known of the last pose; written.
+    z : (6 + n,)
+        The last pose, and where a pose was found, written.
+    box : (6 + n, 2)
+        Where followed, the enclosure of the pose for all lengths after.
+
+    Returns
+    -------
+    status, pieces, cable, way, step
+        ``TRACKED`` and how many pieces that took, or why not, and the cable at fault among the model's, -1
+        for none; how much of the way is proved, and the last step tried.
+
+    Guarantee
+    ---------
+    That of the module, with TRACKED.
+    """
+    C, w = np.empty((free.shape[0], free.shape[0])), np.empty(free.shape[0])
+    here, step, pieces, status, cable = start, 1.0 - start, 0, GONE, -1
+    for _ in range(MOST_PIECES):
+        there = min(here + step, 1.0)
+        status, cable = try_piece(
+            F, S, model, data, chart, rows, free, before, after, here, there, link, z, C, w
+        )
+        if status == TRACKED:
+            here, step, pieces = there, 2.0 * step, pieces + 1
+            if here == 1.0:
+                end_box(F, model, after, free, w, z, box)
+                contracted(data, rows, free, after, z, C, box)
+                return TRACKED, pieces, -1, 1.0, step
+        else:
+            step *= 0.5
+            if step < (NEAR if cable >= 0 else SHORTEST):
+                return status, pieces, cable, here, step
+    return GONE, pieces, -1, here, step
+
+
+@kernel()
+def copy_polynomial(F: Any, S: Any, source: int, out: int, count: int) -> None:
+    """Copy the rows of so many unknowns."""
+    for c in range(count):
+        copy(F, out + c, source + c, S)
+
+
+@kernel()
+def one_way(F: Any, S: Any, E: Any, v: Any, k: int) -> bool:
+    """Prove that more t_k draws the platform's point nearer, for all matrices of the last proof with cable k.
+
+    That is, the entry of t_k in y = J^-1 e_k is negative, row k being s (|e_k|^2 - l_k^2). y solves y = C e_k
+    + E y: with g the growth of E in the norm of v, the entry differs from that of C(delta) e_k by at most v_k
+    g / (1 - g) times the norm of C(delta) e_k.
+    """
+    m = v.shape[0]
+    growth, norm = 0.0, 0.0
+    for i in range(m):
+        total = 0.0
+        for j in range(m):
+            total = up(total + up(interval.mag(E[i, j, 0], E[i, j, 1]) * v[j]))
+        growth = max(growth, up(total / v[i]))
+        norm = max(norm, up(first_lane(largest(F, INVERSE + place(i, k), S), F) / v[i]))
+    _, hi = bounds(F, INVERSE + place(6 + k, k), S)
+    off = up(up(v[6 + k] * growth / down(1.0 - growth)) * norm)
+    return growth < 1.0 and first_lane(hi, F) < -off
+
+
+@part()
+def both_polynomials(
+    F: Any, S: Any, model: Any, data: Any, slack_data: Any, chart: int, link: Any, z: Any, slack_z: Any,
+    B: Any, A: Any, apart: Any, v: Any,
+) -> bool:  # fmt: skip
+    """Find both systems' tubes over the lengths in the model, and radii v (m,) that hold their difference.
+
+    ``B``, ``A`` (m, m) are written as ``polynomial`` has it, bounds of the difference to ``apart`` (m,).
+    """
+    n, m = model.n_taut, z.shape[0]
+    free, rows, C, other = np.arange(m), np.eye(6), np.empty((m - 1, m - 1)), np.empty(m)
+    for i in range(n - 1):
+        slack_data[i, 6, 0], slack_data[i, 6, 1] = data[i, 6, 0], data[i, 6, 1]
+    if not newton.improve(data, rows, free, z, B, NEWTON_STEPS):
+        return False
+    if not newton.improve(slack_data, rows, free[: m - 1], slack_z[: m - 1], C, NEWTON_STEPS):
+        return False
+    if not polynomial(F, S, model, chart, rows, free, NONE, z, B):
+        return False
+    copy_polynomial(F, S, Z, TAUT_ONE, m)
+    extents(F, free, SHARE, v, S)
+    if not polynomial(F, S, model, chart, rows, free, n - 1, slack_z, A):
+        return False
+    copy_polynomial(F, S, Z, SLACK_ONE, m)
+    extents(F, free, SHARE, other, S)
+    for c in range(m):
+        combine2(F, OUT, TAUT_ONE + c, splat(1.0), SLACK_ONE + c, splat(-1.0), S)
+        apart[c] = first_lane(largest(F, OUT, S), F)
+        v[c] = max(max(v[c], other[c]), max(APART * apart[c], ROOM * link.radii[c]))
+    levelled(F, model.size, free, v)
+    return True
+
+
+@part()
+def both_proved(
+    F: Any, S: Any, model: Any, chart: int, B: Any, A: Any, apart: Any, v: Any, w: Any, slack_w: Any
+) -> bool:
+    """Prove both tubes, and of every choice that exactly one of the two zeros is a static pose."""
+    k, m = model.n_taut - 1, v.shape[0]
+    free, rows, E = np.arange(m), np.eye(6), np.empty((m, m, 2))
+    copy_polynomial(F, S, SLACK_ONE, Z, m)
+    if not proved_within(F, S, model, chart, rows, free, k, A, v, slack_w, E):
+        return False
+    if carries(F, S, model, chart, free, slack_w, k)[0] != TRACKED:
+        return False
+    copy_polynomial(F, S, TAUT_ONE, Z, m)
+    if not proved_within(F, S, model, chart, rows, free, NONE, B, v, w, E):
+        return False
+    if not one_way(F, S, E, v, k) or carries(F, S, model, chart, free, w, k)[0] != TRACKED:
+        return False
+    inside = True
+    for c in range(m):
+        inside = inside and up(up(apart[c] + w[c]) + slack_w[c]) < v[c]
+    return inside
+
+
+@entry()
+def cross(
+    F: Any, S: Any, model: Any, data: Any, slack_data: Any, chart: int, before: Any, after: Any,
+    start: float, first_step: float, is_taut: bool, link: Any, z: Any, box: Any, slack_box: Any,
+) -> tuple[bool, float, bool]:  # fmt: skip
+    """Prove a piece of the way on which the last taut cable of the model may become slack, or taut again.
+
+    Two systems have the same unknowns: in B the cable k has its length, in A t_k = 0. Over the lengths of the
+    piece each has a tube, and both zeros of one choice, with the line between them, lie within v of either's
+    polynomial. The mean value theorem in its integral form, with J_A and J_B the means of the derivatives
+    over that line, which only differ in row k, gives for d = z_B - z_A
+
+        J_A d = t_k(z_B) e_k,    row k of J_B d = s (l_k^2 - |e_k(z_A)|^2),
+
+    so that s (l_k^2 - |e_k(z_A)|^2) is t_k(z_B) over the entry of ``one_way``, which is negative: t_k(z_B) >
+    0 exactly where cable k is too short for z_A. So for every choice one of the two is a static pose and the
+    other is none, or both are the same; there is no third within v, and the pose moves continuously.
+
+    Parameters
+    ----------
+    slack_data : (n, 7, 2)
+        As ``data``, without the cable.
+    is_taut, link, z
+        Whether the last pose has the cable taut; what is known of that pose; its floats. Written.
+    box, slack_box : (6 + n, 2)
+        Bounds of both zeros for all lengths after, where the piece ends there.
+
+    Returns
+    -------
+    proved, way, is_taut
+        How much of the way is proved now, and whether the cable is taut at its end, for the lengths' middles.
+    """
+    n, m = model.n_taut, z.shape[0]
+    k, free = n - 1, np.arange(m)
+    B, A, apart, v = np.empty((m, m)), np.empty((m, m)), np.empty(m), np.empty(m)
+    w, slack_w, delta, off = np.empty(m), np.empty(m), np.empty(n), np.empty(n)
+    step = min(first_step, 1.0 - start)
+    while step >= SHORTEST:
+        there = min(start + step, 1.0)
+        step *= 0.5
+        put_lengths(model, data, before, after, start, there)
+        at, slack_at = z.copy(), z.copy()
+        slack_at[6 + k] = 0.0
+        if not both_polynomials(F, S, model, data, slack_data, chart, link, at, slack_at, B, A, apart, v):
+            continue
+        if not both_proved(F, S, model, chart, B, A, apart, v, w, slack_w):
+            continue
+        place_on(model, before, after, start, delta, off)
+        copy_polynomial(F, S, TAUT_ONE if is_taut else SLACK_ONE, Z, m)
+        if not linked(F, n, free, v, w if is_taut else slack_w, delta, off, model.size, link):
+            continue
+        place_on(model, before, after, there, delta, off)
+        copy_polynomial(F, S, TAUT_ONE, Z, m)
+        tension, error = polynomial_at(F, 6 + k, n, delta, off)
+        if not abs(tension) > up(error + w[6 + k]):
+            continue
+        end_box(F, model, after, free, w, z, box)
+        keep_link(F, n, free, w, delta, off, link)
+        copy_polynomial(F, S, SLACK_ONE, Z, m)
+        end_box(F, model, after, free, slack_w, z, slack_box)
+        if tension < 0.0:
+            keep_link(F, n, free, slack_w, delta, off, link)
+        z[:] = link.zero
+        return True, there, tension > 0.0
+    return False, start, is_taut

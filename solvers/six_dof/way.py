@@ -1,0 +1,272 @@
+"""The way of a tracked pose from the lengths before to new ones, through cables that become taut or slack."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cdpr_interval.exact.enclosure import Bounds
+from cdpr_interval.exact.range import Range
+from cdpr_interval.mechanics.loaded import loaded
+from cdpr_interval.mechanics.six_dof.arrays import Model, build_model
+from cdpr_interval.mechanics.six_dof.frame import Frame
+from cdpr_interval.mechanics.six_dof.tube import SYMBOLS
+from cdpr_interval.robots.cable_robot import Robot
+from solvers.six_dof.cells.roots import GENERAL, system_of
+from solvers.six_dof.cells.tube_prover import forms_of_thread
+from solvers.six_dof.continuation import SHORTEST, Link, cross, follow
+from solvers.six_dof.track import FORCED, LOOSE, TIGHT, TRACKED
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+MOST_TAUT = 6
+MOST_SWITCHES = 32
+"""On one way: a bound of the time a call takes."""
+ACROSS = 8.0
+"""First step tried across a place where a cable may switch, over the last one that was too long before it."""
+CHART_STRETCH = 4.0
+"""What u moves in a new chart over what it moves in the one before, at most: twice where it is taken."""
+CHART_ROUNDING = 1e-14
+"""Of u in a new chart."""
+
+
+@dataclass
+class Known:
+    """Where a pose is: in floats, and what is proved of which one it is."""
+
+    taut: tuple[int, ...]
+    """File order."""
+    z: Floats
+    """(6 + N,) u, p, and t of all cables, file order."""
+    lengths: Bounds
+    """(N, 2) file order."""
+    load: Bounds
+    """(3, 2)."""
+    zero: Floats
+    """(6 + N,) near the pose for the middles of the lengths,"""
+    radii: Floats
+    """(6 + N,) within these, if ``region`` is None."""
+    region: Floats | None = None
+    """(7,): u and p of a reference, and the radius in m around it in which the pose is the only one."""
+
+
+@dataclass
+class Arrived:
+    """What came of a way."""
+
+    status: int
+    """Of `track`."""
+    pieces: int = 0
+    cable: int = -1
+    """At fault, file order."""
+    share: float = 0.0
+    """Of the way that is proved."""
+    switching: tuple[int, ...] = ()
+    """Cables that became slack or taut on the way, or may be either now."""
+    open: int = -1
+    """The cable that may be either now."""
+    boxes: tuple[Floats, ...] = ()
+    """(6 + n, 2): the enclosure of the pose; with ``open`` of that with it taut and of that with it slack."""
+    known: Known | None = None
+    """Of the pose at the end of the way."""
+
+
+class Way:
+    """The pose of one robot, wherever it goes."""
+
+    def __init__(self, robot: Robot, known: Known) -> None:
+        self.known = known
+        self._robot = robot
+        self._models: dict[tuple[int, ...], Model] = {}
+
+    def go(self, chart: int, cables: Floats, load: Bounds, lengths: Bounds) -> Arrived:
+        """Follow the pose to new lengths (N, 2), file order; it is moved there by `arrive`.
+
+        ``cables`` (N, 6, 2) are the bounds of A_i and D_c b_i in the chart, ``load`` (3, 2) those of the
+        load.
+        """
+        if not np.array_equal(self.known.load, load):
+            return Arrived(FORCED)
+        return _Trip(self, chart, cables, load, lengths).run()
+
+    def alone_in(self, known: Known, reference: Floats, radius: float) -> None:
+        """Take over a pose that is alone in a region: ``reference`` (6,) u and p, ``radius`` in m."""
+        self.known = known
+        known.region = np.array([*reference[:6], radius])
+
+    def arrive(self, arrived: Arrived) -> None:
+        """Be where a way has led."""
+        assert arrived.known is not None
+        self.known = arrived.known
+
+    def turn_chart(self, turned: Callable[[Floats], Sequence[float]]) -> None:
+        """Go on in another chart, in which ``turned`` tells u of a pose."""
+        known = self.known
+        known.z, known.zero, known.radii = known.z.copy(), known.zero.copy(), known.radii.copy()
+        known.z[:3], known.zero[:3] = turned(known.z), turned(known.zero)
+        known.radii[:3] = CHART_STRETCH * known.radii[:3].sum() + CHART_ROUNDING
+        if known.region is not None:
+            known.region[:3] = turned(known.region)
+            known.region[6] *= 1.0 - 1e-9
+
+    def model(self, order: tuple[int, ...], n: int, load: Bounds) -> Model:
+        """Return the arrays of the cables in an order, of which n are taut, with a load (3, 2)."""
+        found = self._models.get(order)
+        if found is None:
+            found = self._models[order] = model_of(self._robot, order)
+        middle = load.mean(axis=1)
+        found.load[:] = middle
+        found.load_err[:] = np.nextafter(np.maximum(load[:, 1] - middle, middle - load[:, 0]), np.inf)
+        return found._replace(n_taut=n)
+
+
+class _Trip:
+    """One way, from the last lengths to new ones."""
+
+    def __init__(self, way: Way, chart: int, cables: Floats, load: Bounds, lengths: Bounds) -> None:
+        self.way, self.chart, self.cables, self.load, self.lengths = way, chart, cables, load, lengths
+        self.known = way.known
+        self.share, self.pieces, self.step = 0.0, 0, 1.0
+        self.switching: list[int] = []
+
+    def run(self) -> Arrived:
+        """Go piece by piece."""
+        arrived = self.regular()
+        for _ in range(MOST_SWITCHES):
+            if arrived.status not in (LOOSE, TIGHT) or not self.is_pinned():
+                break
+            before = self.share
+            opened = self.through(arrived.cable, arrived.share)
+            if opened is None or (self.share == before and self.share < 1.0):
+                break
+            arrived = self.regular()
+            if self.share == 1.0 and arrived.status != TRACKED:
+                arrived = opened
+        arrived.pieces, arrived.switching = self.pieces, tuple(sorted(set(self.switching)))
+        if arrived.status == TRACKED:
+            arrived.known = replace(self.known, lengths=self.lengths)
+        return arrived
+
+    def regular(self) -> Arrived:
+        """Follow the pose with the taut cables it has now."""
+        order, n = self.order(self.known.taut), len(self.known.taut)
+        z, link = self.start(order, n)
+        box, system = np.empty((6 + n, 2)), system_of(GENERAL, n)
+        status, pieces, cable, share, step = follow(
+            forms_of_thread(0), SYMBOLS, self.way.model(order, n, self.load), self.data(order, n), self.chart,
+            system.rows, system.free[0].copy(), self.before(order), self.after(order), self.share, link, z,
+            box,
+        )  # fmt: skip
+        self.pieces += pieces
+        self.step = step
+        if pieces:
+            self.arrive(order[:n], z, link)
+        self.share = share
+        return Arrived(status, cable=order[cable] if cable >= 0 else -1, share=share, boxes=(box,))
+
+    def is_pinned(self) -> bool:
+        """Make sure that the pose is known for one choice, not only by a region."""
+        if self.known.region is None:
+            return True
+        order, n = self.order(self.known.taut), len(self.known.taut)
+        z, link = self.start(order, n)
+        here, system = self.before(order), system_of(GENERAL, n)
+        status, *_ = follow(
+            forms_of_thread(0), SYMBOLS, self.way.model(order, n, self.load), self.data(order, n), self.chart,
+            system.rows, system.free[0].copy(), here, here, 1.0, link, z, np.empty((6 + n, 2)),
+        )  # fmt: skip
+        if status == TRACKED:
+            self.arrive(order[:n], z, link)
+        return bool(status == TRACKED)
+
+    def through(self, cable: int, start: float) -> Arrived | None:
+        """Go on where a cable may switch; return what is known at the end of the way, or None."""
+        carrying = tuple(i for i in self.known.taut if i != cable)
+        if not 0 < len(carrying) < MOST_TAUT:
+            return None
+        was_taut = cable in self.known.taut
+        order, n = self.order((*carrying, cable)), len(carrying) + 1
+        z, link = self.start(order, n)
+        boxes = np.empty((6 + n, 2)), np.empty((6 + n, 2))
+        proved, share, is_taut = cross(
+            forms_of_thread(0), SYMBOLS, self.way.model(order, n, self.load), self.data(order, n),
+            self.data(order, n - 1), self.chart, self.before(order), self.after(order), start,
+            ACROSS * max(self.step, SHORTEST), was_taut, link, z, *boxes,
+        )  # fmt: skip
+        if not proved:
+            return None
+        self.pieces += 1
+        self.share = share
+        self.switching.append(cable)
+        self.arrive(order[: n if is_taut else n - 1], z, link)
+        return Arrived(TRACKED, share=share, open=cable, boxes=boxes)
+
+    def order(self, taut: tuple[int, ...]) -> tuple[int, ...]:
+        """Return all cables, these in front."""
+        return (*taut, *(i for i in range(len(self.lengths)) if i not in taut))
+
+    def start(self, order: tuple[int, ...], n: int) -> tuple[Floats, Link]:
+        """Return the floats and the link of the pose, the first n cables of an order taut."""
+        chosen, known = np.array([*range(6), *(6 + i for i in order[:n])]), self.known
+        region = np.zeros(7) if known.region is None else known.region
+        link = Link(np.array([known.region is None]), known.zero[chosen], known.radii[chosen], region)
+        return known.z[chosen], link
+
+    def arrive(self, taut: tuple[int, ...], z: Floats, link: Link) -> None:
+        """Keep where the pose is now; of the way its lengths stay those before."""
+        count, n = len(self.lengths), len(taut)
+        whole, zero, radii = (spread(x[: 6 + n], taut, count) for x in (z, link.zero, link.radii))
+        self.known = Known(taut, whole, self.known.lengths, self.known.load, zero, radii)
+
+    def before(self, order: tuple[int, ...]) -> Bounds:
+        """Return the lengths before, in an order."""
+        return np.ascontiguousarray(self.way.known.lengths[list(order)])
+
+    def after(self, order: tuple[int, ...]) -> Bounds:
+        """Return the lengths after, in an order."""
+        return np.ascontiguousarray(self.lengths[list(order)])
+
+    def data(self, order: tuple[int, ...], n: int) -> Floats:
+        """Return the numbers of n taut cables and the load as ``track`` has them, lengths left out."""
+        data = np.empty((n + 1, 7, 2))
+        data[:n, :6] = self.cables[list(order[:n])]
+        data[n, :3] = self.load
+        return data
+
+
+def spread(z: Floats, taut: tuple[int, ...], count: int) -> Floats:
+    """Return (6 + N,) of (6 + n,) numbers, or of (6,) of a pose whose tensions are not known."""
+    whole = np.zeros(6 + count)
+    whole[:6] = z[:6]
+    whole[[6 + i for i in taut]] = z[6:] if len(z) > 6 else 1.0
+    return whole
+
+
+def model_of(robot: Robot, order: tuple[int, ...]) -> Model:
+    """Return the arrays of a robot's cables in an order; lengths, load and how many are taut are open."""
+    frame, view = Frame.plain(), loaded(robot)
+    return build_model(
+        [frame.exit_point(view.exits[i]) for i in order],
+        [frame.arm(view.arms[i]) for i in order],
+        [Range.exact(1) for _ in order],
+        frame.force(view.load),
+        min(len(order), MOST_TAUT),
+    )
+
+
+def warm_up_ways(robot: Robot, cables: Floats, load: Bounds) -> None:
+    """Ask for all kernels of ways once: of lengths of 1 m, for a pose far away, which is none.
+
+    ``cables`` (N, 6, 2) and ``load`` (3, 2) as in `Way.go`.
+    """
+    count = len(cables)
+    z, lengths = np.ones(6 + count), np.ones((count, 2))
+    z[3:6] = 1e3
+    taut = tuple(range(min(2, count)))
+    trip = _Trip(Way(robot, Known(taut, z, lengths, load, z, np.zeros(len(z)))), 0, cables, load, lengths)
+    trip.regular()
+    trip.through(0, 0.0)
