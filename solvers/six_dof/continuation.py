@@ -47,6 +47,7 @@ from cdpr_interval.mechanics.six_dof.tube import (
     as_polynomial,
     extents,
     first_lane,
+    inverse_at,
     place,
     polynomial,
     proved_within,
@@ -257,6 +258,18 @@ def levelled(F: Any, size: float, free: Any, v: Any) -> None:
         v[i] = max(v[i], LEVEL * reach * scale)
 
 
+@kernel()
+def times_scale(z: Any, C: Any) -> None:
+    """Make of the inverse C (m, m) of the derivatives of ``six_dof.system`` that of ``form_system``'s.
+
+    At a zero the latter are s = 1 + |u|^2 times the former.
+    """
+    s = 1.0 + z[0] * z[0] + z[1] * z[1] + z[2] * z[2]
+    for i in range(C.shape[0]):
+        for j in range(C.shape[0]):
+            C[i, j] /= s
+
+
 @part()
 def prove_piece(
     F: Any,
@@ -276,8 +289,8 @@ def prove_piece(
     """Prove a tube over the lengths in the model, from a float pose z (6 + n,) near it."""
     if not newton.improve(data, rows, free, z, C, NEWTON_STEPS):
         return False
-    if not polynomial(F, S, model, chart, rows, free, NONE, z, C):
-        return False
+    times_scale(z, C)
+    polynomial(F, S, model, chart, rows, free, NONE, z, C)
     extents(F, free, SHARE, v, S)
     if link.known[0]:
         for i in range(free.shape[0]):
@@ -417,12 +430,13 @@ def both_polynomials(
         return False
     if not newton.improve(slack_data, rows, free[: m - 1], slack_z[: m - 1], C, NEWTON_STEPS):
         return False
-    if not polynomial(F, S, model, chart, rows, free, NONE, z, B):
+    if not inverse_at(F, S, model, chart, rows, free, n - 1, slack_z, A):
         return False
+    times_scale(z, B)
+    polynomial(F, S, model, chart, rows, free, NONE, z, B)
     copy_polynomial(F, S, Z, TAUT_ONE, m)
     extents(F, free, SHARE, v, S)
-    if not polynomial(F, S, model, chart, rows, free, n - 1, slack_z, A):
-        return False
+    polynomial(F, S, model, chart, rows, free, n - 1, slack_z, A)
     copy_polynomial(F, S, Z, SLACK_ONE, m)
     extents(F, free, SHARE, other, S)
     for c in range(m):

@@ -36,6 +36,7 @@ from cdpr_interval.kernels.second_order import (
     add_scaled,
     bounds,
     close,
+    columns,
     constant,
     copy,
     largest,
@@ -199,14 +200,29 @@ def first_lane(value: Any, F: Forms) -> float:
 
 
 @kernel()
+def is_zero(F: Forms, row: int, S: Symbols) -> bool:
+    """Return True when a row is 0 without error in the lane that is looked at."""
+    for q in range(columns(S)):  # noqa: SIM110 - numba compiles no generator expressions
+        if F[row, q, LANE] != 0.0:
+            return False
+    return True
+
+
+@kernel()
 def deviations(F: Forms, E: Any, S: Symbols) -> None:
     """Write bounds of the entries of I - C(delta) J to E (m, m, 2)."""
     m = E.shape[0]
+    present = np.empty((m, m), dtype=np.bool_)
+    for k in range(m):
+        for j in range(m):
+            # Some equations lack some of the unknowns: of the lengths the tensions, say. Never true for NaN.
+            present[k, j] = not is_zero(F, SLOPES + place(k, j), S)
     for i in range(m):
         for j in range(m):
             constant(F, OUT, splat(1.0 if i == j else 0.0), splat(0.0), S)
             for k in range(m):
-                add_product(F, OUT, INVERSE + place(i, k), SLOPES + place(k, j), -1.0, S)
+                if present[k, j]:
+                    add_product(F, OUT, INVERSE + place(i, k), SLOPES + place(k, j), -1.0, S)
             most = first_lane(largest(F, OUT, S), F)
             E[i, j, 0], E[i, j, 1] = -most, most
 
@@ -286,26 +302,35 @@ def tube(
 
 
 @entry()
-def polynomial(
+def inverse_at(
     F: Any, S: Any, model: Any, chart: int, rows: Any, free: Any, loose: int, z: Any, C: Any
 ) -> bool:
-    """Write the polynomial of degree two through a zero z (6 + n,) at the middle of the data to the rows Z.
+    """Write the inverse of the derivative at a zero z (6 + n,) to ``C`` (m, m), in floats; False without one.
 
-    ``C`` (m, m) is written; False where there is none. ``loose`` is the cable of which t = 0 is the equation
-    instead of its length, ``NONE`` for none.
+    ``loose`` as in ``polynomial``.
     """
     J = np.empty((free.shape[0], free.shape[0], 2))
     for k in range(6 + model.n_taut):
         constant(F, Z + k, splat(z[k]), splat(0.0), S)
     evaluate(F, model, chart, rows, free, loose, True, S)
     middle_slopes(F, 0, free.shape[0], J)
-    if not preconditioner(J, C):
-        return False
-    for step in range(POLYNOMIAL_STEPS):
-        if step > 0:
-            evaluate(F, model, chart, rows, free, loose, False, S)
+    return bool(preconditioner(J, C))
+
+
+@entry()
+def polynomial(
+    F: Any, S: Any, model: Any, chart: int, rows: Any, free: Any, loose: int, z: Any, C: Any
+) -> None:
+    """Write the polynomial of degree two through a zero z (6 + n,) at the middle of the data to the rows Z.
+
+    ``C`` (m, m) is near the inverse of the derivative there. ``loose`` is the cable of which t = 0 is the
+    equation instead of its length, ``NONE`` for none.
+    """
+    for k in range(6 + model.n_taut):
+        constant(F, Z + k, splat(z[k]), splat(0.0), S)
+    for _ in range(POLYNOMIAL_STEPS):
+        evaluate(F, model, chart, rows, free, loose, False, S)
         subtract_step(F, C, free, S)
-    return True
 
 
 @entry()
