@@ -132,7 +132,9 @@ def place_on(model: Any, before: Any, after: Any, at: float, delta: Any, off: An
         middle = 0.5 * lo + 0.5 * hi
         size = model.lengths_sq_err[i]
         delta[i] = min(max((middle * middle - model.lengths_sq[i]) / size, -1.0), 1.0)
-        off[i] = min(10.0 * ROUNDED * model.lengths_sq[i] / size, 2.0)
+        # Where the way goes far the place is as exact as its longer end.
+        longest = max(before[i, 1], after[i, 1])
+        off[i] = min(10.0 * ROUNDED * longest * longest / size, 2.0)
 
 
 @kernel()
@@ -340,7 +342,7 @@ def contracted(data: Any, rows: Any, free: Any, after: Any, z: Any, C: Any, box:
 @entry()
 def follow(
     F: Any, S: Any, model: Any, data: Any, chart: int, rows: Any, free: Any, before: Any, after: Any,
-    start: float, link: Any, z: Any, box: Any,
+    start: float, near: float, link: Any, z: Any, box: Any,
 ) -> tuple[int, int, int, float, float]:  # fmt: skip
     """Prove the pose that the last one becomes while the lengths go straight from ``before`` to ``after``.
 
@@ -348,6 +350,8 @@ def follow(
     ----------
     start : float
         The share of the way that is proved already; 1: only for the lengths after.
+    near : float
+        Shortest piece, over the whole way, that is tried where a cable may switch.
     link : Link
         What is known of the last pose; written.
     z : (6 + n,)
@@ -380,7 +384,7 @@ def follow(
                 return TRACKED, pieces, -1, 1.0, step
         else:
             step *= 0.5
-            if step < (NEAR if cable >= 0 else SHORTEST):
+            if step < (near if cable >= 0 else SHORTEST):
                 return status, pieces, cable, here, step
     return GONE, pieces, -1, here, step
 
@@ -409,7 +413,7 @@ def one_way(F: Any, S: Any, E: Any, v: Any, k: int) -> bool:
         growth = max(growth, up(total / v[i]))
         norm = max(norm, up(first_lane(largest(F, INVERSE + place(i, k), S), F) / v[i]))
     _, hi = bounds(F, INVERSE + place(6 + k, k), S)
-    off = up(up(v[6 + k] * growth / down(1.0 - growth)) * norm)
+    off = up(up(up(v[6 + k] * growth) / down(1.0 - growth)) * norm)
     return growth < 1.0 and first_lane(hi, F) < -off
 
 

@@ -49,10 +49,10 @@ class Place:
 
     def take(self, known: Known) -> None:
         """Take over a pose with other taut cables, perhaps."""
-        self.taut = np.array(known.taut, dtype=np.int64)
+        self.taut = np.array(sorted(known.taut), dtype=np.int64)
         n = len(known.taut)
         others = [i for i in range(len(known.lengths)) if i not in known.taut]
-        self.order = np.array([*known.taut, *others], dtype=np.int64)
+        self.order = np.array([*self.taut, *others], dtype=np.int64)
         system = system_of(GEOMETRY if n == FULL_SYSTEM else GENERAL, n)
         self.rows, self.free = system.rows, system.free[0].copy()
         self.z = np.zeros(6 + n)

@@ -85,8 +85,9 @@ class TrackedPose:
 
     * with a ``region`` the only one in it, whatever cables are taut;
     * without, the one that the last pose becomes while the lengths go straight, at any pace, from any choice
-      of the last lengths to any choice of these. After a start, the last pose is the one next to the start's
-      numbers, for the lengths that it has there. On that way the cables in ``switching`` change.
+      of the last lengths to any choice of these. On that way the cables in ``switching`` change. After a
+      start, the last pose is the one next to the start's numbers: with its taut cables as long as they are
+      there, and slack ones long enough.
 
     With LOST nothing is claimed.
     """

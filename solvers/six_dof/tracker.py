@@ -67,6 +67,8 @@ SMALLEST_REGION = 2.0**-15
 """Radius of the last region over the platform's size, some 10 micrometres for a platform of 0.5 m."""
 LARGER_EVERY = 16
 """After so many updates the region twice as large is tried again."""
+SLACK_AT_START = 1.0 + 1e-6
+"""Least length of a slack cable at a start, over its distance there."""
 CHART_END = 1.2
 """Largest entry of u before another chart takes over; every rotation has a chart where it is at most 1."""
 
@@ -304,11 +306,10 @@ class Tracker:
         if not self._follows:
             reason = self._reason(status, cable, f"within {region.radius:.3g} m of the last pose")
             return TrackedPose(TrackStatus.LOST, reason, region, taut, None, guess)
-        arrived = self._way(place, bounds, load).go(
-            place.chart, self._charts[place.chart], load.bounds, bounds
-        )
+        way = self._way(place, bounds, load)
+        arrived = way.go(place.chart, self._charts[place.chart], load.bounds, bounds)
         if arrived.status == TRACKED:
-            found = self._arrived(place, arrived, load, bounds)
+            found = self._arrived(place, way, arrived, load, bounds)
             if found is not None:
                 return found
             arrived.status = GONE
@@ -340,38 +341,53 @@ class Tracker:
         return max(0, place.halvings - (self._updates % LARGER_EVERY == 0))
 
     def _way(self, place: Place, lengths: Bounds, load: Load) -> Way:
-        """Return the way of the pose tracked last; from a start it begins with the start's own distances."""
-        if place.way is None:
-            taut = tuple(place.taut.tolist())
-            own = lengths.copy()
-            rotation = rotation_from_quaternion(quaternion_of(place.chart, place.z))
-            own[place.taut] = self._body.distances(place.z[3:6], rotation)[place.taut, None]
-            assert place.densities is not None
-            z = spread(np.concatenate([place.z[:6], place.densities]), taut, self._count)
-            place.way = Way(self._robot, Known(taut, z, own, load.bounds, z, np.zeros(len(z))))
-        return place.way
+        """Return the way of the pose tracked last; from a start it begins with the start's own distances.
+
+        There slack cables are as long as they are to be, or longer where that would be too short.
+        """
+        if place.way is not None:
+            return place.way
+        taut = tuple(place.taut.tolist())
+        rotation = rotation_from_quaternion(quaternion_of(place.chart, place.z))
+        distances = self._body.distances(place.z[3:6], rotation)[:, None]
+        own = np.maximum(lengths, SLACK_AT_START * distances)
+        own[place.taut] = distances[place.taut]
+        assert place.densities is not None
+        z = spread(np.concatenate([place.z[:6], place.densities]), taut, self._count)
+        known = Known(taut, z, own, load.bounds, z, np.zeros(len(z)))
+        return Way(self._robot, known, self._size)
 
     def _move(self, place: Place, root: Floats, halvings: int, lengths: Bounds, load: Load) -> None:
         """Make the pose found, alone in its region, the reference of the next update."""
         taut = tuple(place.taut.tolist())
         z = spread(root[: 6 + place.known], taut, self._count)
         known = Known(taut, z, lengths, load.bounds, z, np.zeros(len(z)))
-        self._way(place, lengths, load).alone_in(known, place.z[:6], self._radius * 0.5**halvings)
+        place.way = self._way(place, lengths, load)
+        place.way.alone_in(known, place.z[:6], self._radius * 0.5**halvings)
         place.z, place.halvings, self._guess = root, halvings, None
         self._turn_chart(place)
 
-    def _arrived(self, place: Place, arrived: Arrived, load: Load, lengths: Bounds) -> TrackedPose | None:
+    def _arrived(
+        self, place: Place, way: Way, arrived: Arrived, load: Load, lengths: Bounds
+    ) -> TrackedPose | None:
         """Make the pose followed the reference of the next update; None where its bounds are not finite."""
         known = arrived.known
-        assert place.way is not None and known is not None
+        assert known is not None
         taut = (
             known.taut if arrived.open < 0 else (*(i for i in known.taut if i != arrived.open), arrived.open)
         )
-        each = [self._fields(load, place.chart, box, np.array(taut), lengths) for box in arrived.boxes]
+        loose = lengths.copy()
+        # Where it is slack it is nearer than its length.
+        loose[[arrived.open] if arrived.open >= 0 else [], 0] = 0.0
+        each = [
+            self._fields(load, place.chart, box, np.array(taut), own)
+            for box, own in zip(arrived.boxes, (lengths, loose), strict=False)
+        ]
         fields = hull_of(each, arrived.open)
         if not np.isfinite(fields.tensions).all():
             return None
-        place.way.arrive(arrived)
+        way.arrive(arrived)
+        place.way = way
         place.take(known)
         self._guess = None
         self._turn_chart(place)
@@ -463,7 +479,12 @@ ZERO_FORCE = (0.0, 0.0, 0.0)
 
 
 def hull_of(each: Sequence[Fields], loose: int) -> Fields:
-    """Return what one pose reports that has several bounds, in some of them with a cable slack."""
+    """Return what one pose reports that has several bounds, in some of them with a cable slack.
+
+    The verdicts on stability look at the cable as if it held in all of them. That is right all the same: such
+    poses are followed only where more tension draws the platform nearer (``continuation.one_way``), and there
+    the motion that the cable leaves free when it is slack costs energy.
+    """
     if len(each) == 1:
         return each[0]
     parts = [

@@ -17,7 +17,7 @@ from cdpr_interval.mechanics.six_dof.tube import SYMBOLS
 from cdpr_interval.robots.cable_robot import Robot
 from solvers.six_dof.cells.roots import GENERAL, system_of
 from solvers.six_dof.cells.tube_prover import forms_of_thread
-from solvers.six_dof.continuation import SHORTEST, Link, cross, follow
+from solvers.six_dof.continuation import NEAR, SHORTEST, Link, cross, follow
 from solvers.six_dof.track import FORCED, LOOSE, TIGHT, TRACKED
 
 Floats = NDArray[np.float64]
@@ -28,6 +28,8 @@ MOST_SWITCHES = 32
 """On one way: a bound of the time a call takes."""
 ACROSS = 8.0
 """First step tried across a place where a cable may switch, over the last one that was too long before it."""
+NEARER = 8.0
+"""How much shorter pieces may be before a place where a cable may switch, when it was not reached."""
 CHART_STRETCH = 4.0
 """What u moves in a new chart over what it moves in the one before, at most: twice where it is taken."""
 CHART_ROUNDING = 1e-14
@@ -78,9 +80,9 @@ class Arrived:
 class Way:
     """The pose of one robot, wherever it goes."""
 
-    def __init__(self, robot: Robot, known: Known) -> None:
+    def __init__(self, robot: Robot, known: Known, size: float) -> None:
         self.known = known
-        self._robot = robot
+        self._robot, self._size = robot, size
         self._models: dict[tuple[int, ...], Model] = {}
 
     def go(self, chart: int, cables: Floats, load: Bounds, lengths: Bounds) -> Arrived:
@@ -111,7 +113,9 @@ class Way:
         known.radii[:3] = CHART_STRETCH * known.radii[:3].sum() + CHART_ROUNDING
         if known.region is not None:
             known.region[:3] = turned(known.region)
-            known.region[6] *= 1.0 - 1e-9
+            known.region[6] = (1.0 - 1e-9) * known.region[6] - CHART_ROUNDING * self._size
+            if not known.region[6] > 0.0:
+                known.region, known.radii[:] = None, np.inf
 
     def model(self, order: tuple[int, ...], n: int, load: Bounds) -> Model:
         """Return the arrays of the cables in an order, of which n are taut, with a load (3, 2)."""
@@ -121,7 +125,8 @@ class Way:
         middle = load.mean(axis=1)
         found.load[:] = middle
         found.load_err[:] = np.nextafter(np.maximum(load[:, 1] - middle, middle - load[:, 0]), np.inf)
-        return found._replace(n_taut=n)
+        # Regions speak of turns by their radius over the tracker's size, whatever the order of the cables.
+        return found._replace(n_taut=n, size=self._size)
 
 
 class _Trip:
@@ -135,15 +140,21 @@ class _Trip:
 
     def run(self) -> Arrived:
         """Go piece by piece."""
-        arrived = self.regular()
+        near = NEAR
+        arrived = self.regular(near)
         for _ in range(MOST_SWITCHES):
             if arrived.status not in (LOOSE, TIGHT) or not self.is_pinned():
                 break
-            before = self.share
             opened = self.through(arrived.cable, arrived.share)
-            if opened is None or (self.share == before and self.share < 1.0):
-                break
-            arrived = self.regular()
+            if opened is None:
+                if near <= SHORTEST:
+                    break
+                # Nearer to the switch the two poses are nearer, too.
+                near = max(near / NEARER, SHORTEST)
+                arrived = self.regular(near)
+                continue
+            near = NEAR
+            arrived = self.regular(near)
             if self.share == 1.0 and arrived.status != TRACKED:
                 arrived = opened
         arrived.pieces, arrived.switching = self.pieces, tuple(sorted(set(self.switching)))
@@ -151,15 +162,15 @@ class _Trip:
             arrived.known = replace(self.known, lengths=self.lengths)
         return arrived
 
-    def regular(self) -> Arrived:
-        """Follow the pose with the taut cables it has now."""
+    def regular(self, near: float = NEAR) -> Arrived:
+        """Follow the pose with the taut cables it has now, in pieces down to ``near`` before a switch."""
         order, n = self.order(self.known.taut), len(self.known.taut)
         z, link = self.start(order, n)
         box, system = np.empty((6 + n, 2)), system_of(GENERAL, n)
         status, pieces, cable, share, step = follow(
             forms_of_thread(0), SYMBOLS, self.way.model(order, n, self.load), self.data(order, n), self.chart,
-            system.rows, system.free[0].copy(), self.before(order), self.after(order), self.share, link, z,
-            box,
+            system.rows, system.free[0].copy(), self.before(order), self.after(order), self.share,
+            near, link, z, box,
         )  # fmt: skip
         self.pieces += pieces
         self.step = step
@@ -177,7 +188,7 @@ class _Trip:
         here, system = self.before(order), system_of(GENERAL, n)
         status, *_ = follow(
             forms_of_thread(0), SYMBOLS, self.way.model(order, n, self.load), self.data(order, n), self.chart,
-            system.rows, system.free[0].copy(), here, here, 1.0, link, z, np.empty((6 + n, 2)),
+            system.rows, system.free[0].copy(), here, here, 1.0, NEAR, link, z, np.empty((6 + n, 2)),
         )  # fmt: skip
         if status == TRACKED:
             self.arrive(order[:n], z, link)
@@ -267,6 +278,7 @@ def warm_up_ways(robot: Robot, cables: Floats, load: Bounds) -> None:
     z, lengths = np.ones(6 + count), np.ones((count, 2))
     z[3:6] = 1e3
     taut = tuple(range(min(2, count)))
-    trip = _Trip(Way(robot, Known(taut, z, lengths, load, z, np.zeros(len(z)))), 0, cables, load, lengths)
+    way = Way(robot, Known(taut, z, lengths, load, z, np.zeros(len(z))), 1.0)
+    trip = _Trip(way, 0, cables, load, lengths)
     trip.regular()
     trip.through(0, 0.0)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import random
+from dataclasses import replace
 from fractions import Fraction
 from typing import Any
 
@@ -16,6 +17,7 @@ from solvers.answers.data import CableState, Solution
 from solvers.six_dof import continuation
 from solvers.six_dof.tracked_pose import TrackedPose
 from solvers.six_dof.tracker import Tracker
+from solvers.six_dof.way import Known, Way
 from tests.support.kernel_callers import Callers
 from tests.support.planted.platform import plant
 from tests.support.tracked_region import start_at
@@ -35,7 +37,12 @@ def same(pose: TrackedPose, s: Solution) -> bool:
     """Return whether an exact pose lies in a tracked one's bounds, as far as these are known."""
     return all(
         bool(((x[..., 0] <= y[..., 1] + 1e-12) & (y[..., 0] - 1e-12 <= x[..., 1])).all())
-        for x, y in ((pose.position, s.position), (pose.rotation, s.rotation), (pose.tensions, s.tensions))
+        for x, y in (
+            (pose.position, s.position),
+            (pose.rotation, s.rotation),
+            (pose.tensions, s.tensions),
+            (pose.distances, s.distances),
+        )
     )
 
 
@@ -112,6 +119,7 @@ def test_ranges_hold_the_pose_of_every_choice(l4: float, half: float) -> None:
         assert one.tracked and same(one, wanted)
     if len(states) > 1:
         assert pose.states[3] == "switching" and pose.tensions[3, 0] == 0.0 and 3 not in pose.taut
+        assert pose.stability == "stable"
     # It goes on from there, whatever the choice was.
     again = tracker.update([*UC4[:3], 9.1])
     assert again.tracked and same(again, start)
@@ -259,3 +267,50 @@ def test_what_a_way_tells() -> None:
     tracker.update([*UC4[:3], 9.2])
     near = tracker.update([*UC4[:3], 9.2])
     assert near.region is not None and near.pieces == 0 and near.switching == ()
+
+
+@pytest.mark.parametrize("l4", [9.3, 9.211, 9.19, 9.15])
+def test_a_start_with_a_slack_cable_that_is_wound_in(l4: float) -> None:
+    robot = load_robot("uc4")
+    start = stable(robot, [*UC4[:3], 9.3])
+    assert start.taut == (0, 1, 2)
+    lengths = [7.5, 8.0, 7.0, l4]
+    pose = Tracker(robot, start, radius=NO_REGION).update(lengths)
+    assert pose.tracked and same(pose, stable(robot, lengths))
+
+
+def test_a_lost_first_call_is_forgotten() -> None:
+    robot = load_robot("uc4")
+    tracker = Tracker(robot, stable(robot, UC4), radius=NO_REGION)
+    assert not tracker.update([1.0, 1.0, 1.0, 1.0]).tracked
+    assert not tracker.update([7.5, 8.0, 7.0, (8.0, 10.0)], (1.0, 0.0, 0.0)).tracked
+    pose = tracker.update([7.51, 8.0, 7.0, 9.3])
+    assert pose.tracked and pose.taut == (0, 1, 2)
+    # What is proved by a region names the cables in the same order.
+    back = Tracker(robot, stable(robot, [*UC4[:3], 9.3]))
+    for l4 in (9.3, 9.1, 9.1, 9.1):
+        pose = back.update([*UC4[:3], l4])
+    assert pose.region is not None and pose.taut == (0, 1, 2, 3)
+
+
+def test_taut_cables_are_in_file_order_after_a_switch() -> None:
+    robot = load_robot("uc4")
+    names = [robot.cables[i] for i in (3, 0, 1, 2)]
+    turned = replace(robot, cables=tuple(names))
+    tracker = Tracker(turned, stable(turned, [9.3, *UC4[:3]]))
+    for l4 in (9.3, 9.1, 9.1, 9.1):
+        pose = tracker.update([l4, *UC4[:3]])
+        assert pose.tracked and list(pose.taut) == sorted(pose.taut)
+    assert pose.region is not None and pose.taut == (0, 1, 2, 3)
+
+
+def test_regions_are_measured_by_all_cables() -> None:
+    """Of the taut cables alone the platform may be small."""
+    robot = load_robot("cogiro")
+    far = replace(robot.cables[7], platform_anchor=(Fraction(5), Fraction(0), Fraction(0)))
+    wide = replace(robot, cables=(*robot.cables[:7], far))
+    tracker = Tracker(wide)
+    z = np.ones(14)
+    way = Way(wide, Known((0, 1), z, np.ones((8, 2)), np.ones((3, 2)), z, z), tracker.size)
+    assert tracker.size > Tracker(robot).size
+    assert way.model(tuple(range(8)), 2, np.ones((3, 2))).size == tracker.size
