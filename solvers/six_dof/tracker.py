@@ -482,7 +482,7 @@ def hull_of(each: Sequence[Fields], loose: int) -> Fields:
     """Return what one pose reports that has several bounds, in some of them with a cable slack.
 
     The verdicts on stability look at the cable as if it held in all of them. That is right all the same: such
-    poses are followed only where more tension draws the platform nearer (``continuation.one_way``), and there
+    poses are followed only where more tension draws the platform nearer (``crossing.one_way``), and there
     the motion that the cable leaves free when it is slack costs energy.
     """
     if len(each) == 1:

@@ -17,7 +17,8 @@ from cdpr_interval.mechanics.six_dof.tube import SYMBOLS
 from cdpr_interval.robots.cable_robot import Robot
 from solvers.six_dof.cells.roots import GENERAL, system_of
 from solvers.six_dof.cells.tube_prover import forms_of_thread
-from solvers.six_dof.continuation import NEAR, SHORTEST, Link, cross, follow
+from solvers.six_dof.continuation import NEAR, SHORTEST, Link, follow
+from solvers.six_dof.crossing import cross
 from solvers.six_dof.track import FORCED, LOOSE, TIGHT, TRACKED
 
 Floats = NDArray[np.float64]

@@ -1,0 +1,207 @@
+"""Across a place where a cable becomes slack or taut, compiled: its two systems proved as a pair.
+
+Each has a tube over the same lengths (``mechanics.six_dof.tube``), and for every choice exactly one of the
+two zeros is a static pose, or both are the same; see ``cross``.
+
+Arrays, for n taut cables of N, the one that may switch the last, and m = 6 + n equations, as in
+``continuation``; ``slack_data`` (n, 7, 2) is ``data`` without that cable; ``A, B`` (m, m) are inverses of
+the derivatives with t_k = 0 and with its length; ``apart, slack_w`` (m,) radii, ``slack_z`` (6 + n,),
+``slack_box`` (6 + n, 2).
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from cdpr_interval.kernels import interval
+from cdpr_interval.kernels.kernel import entry, kernel, part
+from cdpr_interval.kernels.lanes import splat
+from cdpr_interval.kernels.rounding import down, up
+from cdpr_interval.kernels.second_order import bounds, combine2, copy, largest
+from cdpr_interval.mechanics.six_dof import system as newton
+from cdpr_interval.mechanics.six_dof.form_system import Z
+from cdpr_interval.mechanics.six_dof.tube import (
+    INVERSE,
+    NONE,
+    OUT,
+    SLACK_ONE,
+    TAUT_ONE,
+    extents,
+    first_lane,
+    inverse_at,
+    place,
+    polynomial,
+    proved_within,
+)
+from solvers.six_dof.continuation import (
+    ROOM,
+    SHARE,
+    SHORTEST,
+    carries,
+    end_box,
+    keep_link,
+    levelled,
+    linked,
+    place_on,
+    polynomial_at,
+    put_lengths,
+    times_scale,
+)
+from solvers.six_dof.track import NEWTON_STEPS, TRACKED
+
+APART = 1.25
+"""Radii over the distance of the two zeros of a cable that may switch."""
+
+
+@kernel()
+def copy_polynomial(F: Any, S: Any, source: int, out: int, count: int) -> None:
+    """Copy the rows of so many unknowns."""
+    for c in range(count):
+        copy(F, out + c, source + c, S)
+
+
+@kernel()
+def one_way(F: Any, S: Any, E: Any, v: Any, k: int) -> bool:
+    """Prove that more t_k draws the platform's point nearer, for all matrices of the last proof with cable k.
+
+    That is, the entry of t_k in y = J^-1 e_k is negative, row k being s (|e_k|^2 - l_k^2). y solves y = C e_k
+    + E y: with g the growth of E in the norm of v, the entry differs from that of C(delta) e_k by at most v_k
+    g / (1 - g) times the norm of C(delta) e_k.
+    """
+    m = v.shape[0]
+    growth, norm = 0.0, 0.0
+    for i in range(m):
+        total = 0.0
+        for j in range(m):
+            total = up(total + up(interval.mag(E[i, j, 0], E[i, j, 1]) * v[j]))
+        growth = max(growth, up(total / v[i]))
+        norm = max(norm, up(first_lane(largest(F, INVERSE + place(i, k), S), F) / v[i]))
+    _, hi = bounds(F, INVERSE + place(6 + k, k), S)
+    off = up(up(up(v[6 + k] * growth) / down(1.0 - growth)) * norm)
+    return growth < 1.0 and first_lane(hi, F) < -off
+
+
+@part()
+def both_polynomials(
+    F: Any, S: Any, model: Any, data: Any, slack_data: Any, chart: int, link: Any, z: Any, slack_z: Any,
+    B: Any, A: Any, apart: Any, v: Any,
+) -> bool:  # fmt: skip
+    """Find both systems' tubes over the lengths in the model, and radii v (m,) that hold their difference.
+
+    ``B``, ``A`` (m, m) are written as ``polynomial`` has it, bounds of the difference to ``apart`` (m,).
+    """
+    n, m = model.n_taut, z.shape[0]
+    free, rows, C, other = np.arange(m), np.eye(6), np.empty((m - 1, m - 1)), np.empty(m)
+    for i in range(n - 1):
+        slack_data[i, 6, 0], slack_data[i, 6, 1] = data[i, 6, 0], data[i, 6, 1]
+    if not newton.improve(data, rows, free, z, B, NEWTON_STEPS):
+        return False
+    if not newton.improve(slack_data, rows, free[: m - 1], slack_z[: m - 1], C, NEWTON_STEPS):
+        return False
+    if not inverse_at(F, S, model, chart, rows, free, n - 1, slack_z, A):
+        return False
+    times_scale(z, B)
+    polynomial(F, S, model, chart, rows, free, NONE, z, B)
+    copy_polynomial(F, S, Z, TAUT_ONE, m)
+    extents(F, free, SHARE, v, S)
+    polynomial(F, S, model, chart, rows, free, n - 1, slack_z, A)
+    copy_polynomial(F, S, Z, SLACK_ONE, m)
+    extents(F, free, SHARE, other, S)
+    for c in range(m):
+        combine2(F, OUT, TAUT_ONE + c, splat(1.0), SLACK_ONE + c, splat(-1.0), S)
+        apart[c] = first_lane(largest(F, OUT, S), F)
+        v[c] = max(max(v[c], other[c]), max(APART * apart[c], ROOM * link.radii[c]))
+    levelled(F, model.size, free, v)
+    return True
+
+
+@part()
+def both_proved(
+    F: Any, S: Any, model: Any, chart: int, B: Any, A: Any, apart: Any, v: Any, w: Any, slack_w: Any
+) -> bool:
+    """Prove both tubes, and of every choice that exactly one of the two zeros is a static pose."""
+    k, m = model.n_taut - 1, v.shape[0]
+    free, rows, E = np.arange(m), np.eye(6), np.empty((m, m, 2))
+    copy_polynomial(F, S, SLACK_ONE, Z, m)
+    if not proved_within(F, S, model, chart, rows, free, k, A, v, slack_w, E):
+        return False
+    if carries(F, S, model, chart, free, slack_w, k)[0] != TRACKED:
+        return False
+    copy_polynomial(F, S, TAUT_ONE, Z, m)
+    if not proved_within(F, S, model, chart, rows, free, NONE, B, v, w, E):
+        return False
+    if not one_way(F, S, E, v, k) or carries(F, S, model, chart, free, w, k)[0] != TRACKED:
+        return False
+    inside = True
+    for c in range(m):
+        inside = inside and up(up(apart[c] + w[c]) + slack_w[c]) < v[c]
+    return inside
+
+
+@entry()
+def cross(
+    F: Any, S: Any, model: Any, data: Any, slack_data: Any, chart: int, before: Any, after: Any,
+    start: float, first_step: float, is_taut: bool, link: Any, z: Any, box: Any, slack_box: Any,
+) -> tuple[bool, float, bool]:  # fmt: skip
+    """Prove a piece of the way on which the last taut cable of the model may become slack, or taut again.
+
+    Two systems have the same unknowns: in B the cable k has its length, in A t_k = 0. Over the lengths of the
+    piece each has a tube, and both zeros of one choice, with the line between them, lie within v of either's
+    polynomial. The mean value theorem in its integral form, with J_A and J_B the means of the derivatives
+    over that line, which only differ in row k, gives for d = z_B - z_A
+
+        J_A d = t_k(z_B) e_k,    row k of J_B d = s (l_k^2 - |e_k(z_A)|^2),
+
+    so that s (l_k^2 - |e_k(z_A)|^2) is t_k(z_B) over the entry of ``one_way``, which is negative: t_k(z_B) >
+    0 exactly where cable k is too short for z_A. So for every choice one of the two is a static pose and the
+    other is none, or both are the same; there is no third within v, and the pose moves continuously.
+
+    Parameters
+    ----------
+    slack_data : (n, 7, 2)
+        As ``data``, without the cable.
+    is_taut, link, z
+        Whether the last pose has the cable taut; what is known of that pose; its floats. Written.
+    box, slack_box : (6 + n, 2)
+        Bounds of both zeros for all lengths after, where the piece ends there.
+
+    Returns
+    -------
+    proved, way, is_taut
+        How much of the way is proved now, and whether the cable is taut at its end, for the lengths' middles.
+    """
+    n, m = model.n_taut, z.shape[0]
+    k, free = n - 1, np.arange(m)
+    B, A, apart, v = np.empty((m, m)), np.empty((m, m)), np.empty(m), np.empty(m)
+    w, slack_w, delta, off = np.empty(m), np.empty(m), np.empty(n), np.empty(n)
+    step = min(first_step, 1.0 - start)
+    while step >= SHORTEST:
+        there = min(start + step, 1.0)
+        step *= 0.5
+        put_lengths(model, data, before, after, start, there)
+        at, slack_at = z.copy(), z.copy()
+        slack_at[6 + k] = 0.0
+        if not both_polynomials(F, S, model, data, slack_data, chart, link, at, slack_at, B, A, apart, v):
+            continue
+        if not both_proved(F, S, model, chart, B, A, apart, v, w, slack_w):
+            continue
+        place_on(model, before, after, start, delta, off)
+        copy_polynomial(F, S, TAUT_ONE if is_taut else SLACK_ONE, Z, m)
+        if not linked(F, n, free, v, w if is_taut else slack_w, delta, off, model.size, link):
+            continue
+        place_on(model, before, after, there, delta, off)
+        copy_polynomial(F, S, TAUT_ONE, Z, m)
+        tension, error = polynomial_at(F, 6 + k, n, delta, off)
+        if not abs(tension) > up(error + w[6 + k]):
+            continue
+        end_box(F, model, after, free, w, z, box)
+        keep_link(F, n, free, w, delta, off, link)
+        copy_polynomial(F, S, SLACK_ONE, Z, m)
+        end_box(F, model, after, free, slack_w, z, slack_box)
+        if tension < 0.0:
+            keep_link(F, n, free, slack_w, delta, off, link)
+        z[:] = link.zero
+        return True, there, tension > 0.0
+    return False, start, is_taut
