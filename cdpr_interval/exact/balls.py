@@ -68,6 +68,16 @@ def fractions(entries: Sequence[Fraction]) -> arb_mat:
     return vector([from_fraction(x) for x in entries])
 
 
+def from_range(x: Range) -> arb:
+    """Enclose a range."""
+    return from_fraction(x.lo) if x.lo == x.hi else from_fraction(x.lo).union(from_fraction(x.hi))
+
+
+def ranges(entries: Sequence[Range]) -> arb_mat:
+    """Return a column that encloses ranges."""
+    return vector([from_range(x) for x in entries])
+
+
 def entries(v: arb_mat) -> list[arb]:
     """Return the entries of a matrix, row by row."""
     return list(v.entries())

@@ -7,6 +7,8 @@ from fractions import Fraction
 from functools import reduce
 from typing import NamedTuple
 
+from cdpr_interval.exact.vector import Vector
+
 
 class Range(NamedTuple):
     """Exact rational bounds of a real number; arithmetic encloses.
@@ -81,5 +83,17 @@ def hull_of(ranges: Iterable[Range]) -> Range:
 
 
 RangeVector = tuple[Range, Range, Range]
+
+
+def difference(a: RangeVector, b: RangeVector) -> RangeVector:
+    """Return a - b of vectors that do not depend on each other."""
+    return (a[0] - b[0], a[1] - b[1], a[2] - b[2])
+
+
+def middle_of(v: RangeVector) -> Vector:
+    """Return the middle of each entry."""
+    return (v[0].mid, v[1].mid, v[2].mid)
+
+
 LengthRange = tuple[Fraction, Fraction]
 """(lo, hi) in m of a cable's length, as questions carry it: any pair, a `Range` too."""

@@ -1,7 +1,8 @@
 """A robot under a load: what follows from its data and a constant force, whatever the lengths.
 
-Every view but `load_ranges`, `middle` and `spread` is of exact numbers: of a robot with a range where a view
-looks, it raises `NotSupportedError`. What treats ranges looks at the views of `middle`, and adds `spread`.
+Views whose names end on `_ranges` are of numbers that may be ranges; so are `middle`, `spread` and
+`load_factor`. All others are of exact numbers: of a robot with a range where one looks, it raises
+`NotSupportedError`. What treats ranges encloses those, or looks at the views of `middle` and adds `spread`.
 
 Robots under a load are kept, so that what is computed from one (here, and by the classes of robots in caches
 keyed by it) is computed once. A robot is recognised as the same object, not by its contents: hashing all its
@@ -14,7 +15,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property, lru_cache
 
-from cdpr_interval.exact.range import RangeVector, as_range
+from cdpr_interval.exact.range import Range, RangeVector, as_range, difference
 from cdpr_interval.exact.vector import Vector, minus
 from cdpr_interval.mechanics.cables.law import CableModel, model_of
 from cdpr_interval.mechanics.spread import Spread, spread_of
@@ -25,6 +26,7 @@ from cdpr_interval.robots.cable_robot import (
     exact_point,
     is_exact_point,
     middle_point,
+    range_point,
 )
 
 NO_FORCE: Vector = (Fraction(0), Fraction(0), Fraction(0))
@@ -64,6 +66,48 @@ class LoadedRobot:
             for g, extra in zip(self.robot.gravity, self.external_force, strict=True)
         )
         return x, y, z
+
+    @cached_property
+    def load_direction_ranges(self) -> RangeVector:
+        """The ranges of f divided by a number in ``load_factor``, N: of a load that is only scaled exact."""
+        if self.load_factor.lo != self.spread.load_scale.lo:
+            return self.load_ranges
+        x, y, z = (
+            Range.exact(f).widened(half / self.load_factor.lo)
+            for f, half in zip(self.middle.load, self.spread.load, strict=True)
+        )
+        return x, y, z
+
+    @cached_property
+    def load_factor(self) -> Range:
+        """What ``load_direction_ranges`` is multiplied by in the loads: positive numbers around 1."""
+        scale = self.spread.load_scale
+        return scale if scale.lo > 0 else Range.exact(1)
+
+    @cached_property
+    def exit_ranges(self) -> tuple[RangeVector, ...]:
+        """A_i in the base frame, m, file order."""
+        return tuple(range_point(cable.frame_anchor) for cable in self.robot.cables)
+
+    @cached_property
+    def anchor_ranges(self) -> tuple[RangeVector, ...]:
+        """B_i in the platform frame, m, file order."""
+        return tuple(range_point(cable.platform_anchor) for cable in self.robot.cables)
+
+    @cached_property
+    def centre_ranges(self) -> RangeVector:
+        """The centre of mass G in the platform frame, m."""
+        return range_point(self.robot.platform.centre_of_mass)
+
+    @cached_property
+    def arm_ranges(self) -> tuple[RangeVector, ...]:
+        """B_i - G in the platform frame, m, file order."""
+        return tuple(difference(anchor, self.centre_ranges) for anchor in self.anchor_ranges)
+
+    @cached_property
+    def gravity_ranges(self) -> RangeVector:
+        """The gravitational acceleration g in the base frame, m/s2."""
+        return range_point(self.robot.gravity)
 
     @cached_property
     def gravity(self) -> Vector:

@@ -22,7 +22,7 @@ from typing import Any, Self
 
 from cdpr_interval.errors import InputError, NotSupportedError
 from cdpr_interval.exact.decimals import plain_scalar
-from cdpr_interval.exact.range import Range
+from cdpr_interval.exact.range import Range, RangeVector, as_range
 from cdpr_interval.exact.vector import Vector
 from cdpr_interval.robots.winch import Winch, WinchGroupSettings
 from cdpr_interval.text.literal import LONGEST_NUMBER
@@ -57,6 +57,12 @@ def exact_point(point: Point) -> Vector:
     """Return a point of which every coordinate is known exactly; raises as `exact` does."""
     x, y, z = point
     return exact(x), exact(y), exact(z)
+
+
+def range_point(point: Point) -> RangeVector:
+    """Return each number as a range."""
+    x, y, z = map(as_range, point)
+    return x, y, z
 
 
 def middle(value: Scalar) -> Fraction:

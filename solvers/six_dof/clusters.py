@@ -119,7 +119,7 @@ def entry(
         box = reachable_box(problem, taut)
     else:
         p = balls.vector([balls.from_bounds(a, b) for a, b in zip(lowest, highest, strict=True)])
-        centre = back * p + balls.fractions(frame.origin)
+        centre = back * p + balls.ranges(frame.origin)
         box = balls.bounds_array(origin(problem.robot, Pose(rotation, centre, ())))
     bounds = np.clip(balls.bounds_array(rotation), -1.0, 1.0).reshape(3, 3, 2)
     return Undecided(taut, len(cells), reason, box, bounds)
@@ -135,10 +135,10 @@ def reachable_box(problem: Problem, taut: tuple[int, ...]) -> Floats:
     """Return bounds (3, 2) of the platform origin over all poses the taut cables allow."""
     box = np.array([[-np.inf, np.inf]] * 3)
     for i in taut:
-        arm = balls.norm(balls.fractions(problem.loaded.anchors[i]))
+        arm = balls.norm(balls.ranges(problem.loaded.anchor_ranges[i]))
         reach = balls.from_fraction(problem.lengths[i][1]) + arm
         for k in range(3):
-            a = balls.from_fraction(problem.loaded.exits[i][k])
+            a = balls.from_range(problem.loaded.exit_ranges[i][k])
             box[k, 0] = max(box[k, 0], balls.to_bounds(a - reach)[0])
             box[k, 1] = min(box[k, 1], balls.to_bounds(a + reach)[1])
     return np.sort(box, axis=1)

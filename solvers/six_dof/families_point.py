@@ -10,7 +10,7 @@ import numpy as np
 from flint import arb, arb_mat
 
 from cdpr_interval.exact import balls
-from cdpr_interval.exact.vector import Vector
+from cdpr_interval.exact.range import RangeVector
 from cdpr_interval.mechanics.six_dof.frame import Pose, upward
 from cdpr_interval.robots.cable_robot import Cable, Platform, Robot
 from solvers.point_mass import forward as point_mass
@@ -66,9 +66,10 @@ def below(problem: Problem, cable: int) -> Held:
 
     In closed form: no kernel of point masses need be compiled or loaded for it.
     """
-    load, length = balls.fractions(problem.load), length_of(problem, cable)
-    size = balls.norm(load)
-    return Held(balls.fractions(problem.loaded.exits[cable]) + load * (length / size), (size / length,))
+    loaded, length = problem.loaded, length_of(problem, cable)
+    down = upward(loaded.load_direction_ranges) * -1
+    size = balls.norm(balls.ranges(loaded.load_ranges))
+    return Held(balls.ranges(loaded.exit_ranges[cable]) + down * length, (size / length,))
 
 
 def length_of(problem: Problem, cable: int) -> arb:
@@ -79,16 +80,16 @@ def length_of(problem: Problem, cable: int) -> arb:
 
 def poses_at(problem: Problem, taut: tuple[int, ...], at: Held) -> list[Pose]:
     """Return the poses with the common point there: hanging, and balanced over it; (c): any rotation."""
-    arm = problem.loaded.arms[taut[0]]
-    if not any(arm):
+    arm = problem.loaded.arm_ranges[taut[0]]
+    if not any(map(any, arm)):
         return [Pose(balls.identity(), at.point, at.densities)]
     return [hung(problem, at.point, arm, sign, at.densities) for sign in (1, -1)]
 
 
-def hung(problem: Problem, point: arb_mat, arm: Vector, sign: int, densities: tuple[arb, ...]) -> Pose:
+def hung(problem: Problem, point: arb_mat, arm: RangeVector, sign: int, densities: tuple[arb, ...]) -> Pose:
     """Return the pose whose arm b points along sign * up at the given point."""
-    up = upward(problem.load)
-    b = balls.fractions(arm)
+    up = upward(problem.loaded.load_direction_ranges)
+    b = balls.ranges(arm)
     axis = b * (1 / balls.norm(b))
     target = up * sign
     rotation = balls.right_handed(target) * balls.right_handed(axis).transpose()

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import combinations
 
 from cdpr_interval.engine.budget import Budget, Stop
@@ -26,7 +26,14 @@ from solvers.six_dof.parts import put_together
 from solvers.six_dof.prepared import cables_of, kind_of, lengths_of
 from solvers.six_dof.reach import reach_message
 from solvers.six_dof.reduction import Reduced, reduced_problems
-from solvers.six_dof.solution import decided_solutions, fields_of, origin, pose_solution, solve_densities
+from solvers.six_dof.solution import (
+    decided_solutions,
+    fields_of,
+    multiply_tensions,
+    origin,
+    pose_solution,
+    solve_densities,
+)
 from solvers.six_dof.tube_report import tube_fields
 from solvers.six_dof.turning import (
     Axis,
@@ -40,6 +47,7 @@ from solvers.six_dof.turning import (
 MOST_TAUT = 6
 """Any equilibrium is one of a subset with independent wrenches (Caratheodory); R^6 has at most six."""
 
+UNCERTAIN_REASON = "these cables have a family of poses for some choices of the data, and none for others"
 DEPENDENT_REASON = "the wrenches of these cables are dependent in every pose: ask for fewer taut cables"
 
 
@@ -129,6 +137,9 @@ class Run:
     def examine(self, taut: tuple[int, ...], found: Found) -> None:
         """Dispatch on the kind of the subset."""
         kind = kind_of(self.robot, taut)
+        if kind.kind is Kind.UNCERTAIN:
+            found.undecided.append(anywhere(self.problem, taut, UNCERTAIN_REASON))
+            return
         if kind.kind is Kind.DEPENDENT:
             # Smaller subsets hold all its poses; asked for alone, it has no isolated tensions to prove.
             if self.problem.taut is not None:
@@ -189,9 +200,9 @@ class Run:
         if subset.stop is not Stop.EXHAUSTED:
             found.pending = max(found.pending, 1)
             self.stopped = subset.stop
-        roots = distinct(subset.roots, reduced.frame, reduced.reduction)
+        roots = distinct(subset.roots, reduced.reduction)
         if kind.vertical and kind.rod:
-            roots = one_of_each_torus(roots, reduced.frame)
+            roots = one_of_each_torus(roots)
         self.add_roots(taut, kind, reduced, roots, found)
         found.undecided += clusters(self.problem, taut, reduced, subset, kind.vertical or kind.rod)
 
@@ -204,9 +215,10 @@ class Run:
                 self.add_root(taut, kind, reduced, root, found)
             return
         if any(root.parts for root in roots):
-            fields = tube_fields(cables_of(self.robot), self.lengths, taut, reduced, roots)
+            fields = tube_fields(self.robot, self.lengths, taut, reduced, roots)
         else:
             fields = fields_of(cables_of(self.robot), self.lengths, taut, reduced.frame, roots)
+        multiply_tensions(fields, self.robot.load_factor)
         solutions = decided_solutions(self.options, self.lengths, taut, fields)
         for root, (decided, solution) in zip(roots, solutions, strict=True):
             if not decided:
@@ -218,8 +230,9 @@ class Run:
         self, taut: tuple[int, ...], kind: Classification, reduced: Reduced, root: Root, found: Found
     ) -> None:
         """Add the solution or family of one proved root, in ball arithmetic."""
-        pose: Pose | None = pose_of(root, reduced.frame)
-        assert pose is not None
+        pose = pose_of(root, reduced.frame)
+        factor = balls.from_range(self.robot.load_factor)
+        pose = replace(pose, densities=tuple(t * factor for t in pose.densities))
         if len(taut) == MOST_TAUT:
             solved = solve_densities(self.problem, taut, pose)
             if solved is None:

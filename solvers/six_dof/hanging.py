@@ -26,13 +26,13 @@ MOST = 300_000
 
 def hangs_by_centre(problem: Problem, taut: Sequence[int], pose: Pose) -> bool:
     """Return True where a proved pose has no tension but in cables at the centre of mass, exactly."""
-    outer = [i for i in taut if any(problem.loaded.arms[i])]
+    outer = [i for i in taut if any(map(any, problem.loaded.arm_ranges[i]))]
     if len(outer) in (0, len(taut)) or len(outer) > 3:
         return False
     moments = []
     for i in outer:
-        arm = pose.rotation * balls.fractions(problem.loaded.arms[i])
-        moments.append(balls.cross(arm, balls.fractions(problem.loaded.exits[i]) - pose.centre))
+        arm = pose.rotation * balls.ranges(problem.loaded.arm_ranges[i])
+        moments.append(balls.cross(arm, balls.ranges(problem.loaded.exit_ranges[i]) - pose.centre))
     if len(outer) == 1:
         return any(not x.contains(0) for x in balls.entries(moments[0]))
     normal = balls.cross(moments[0], moments[1])
@@ -49,8 +49,8 @@ def slack_rotation(problem: Problem, centre: arb_mat, cables: Sequence[int]) -> 
     Guarantee: with a = A - p a cable is at most l long where a . R b >= (|a|^2 + |b|^2 - l^2) / 2. Rotations
     R(u), R(v) differ by an angle of at most 2 |u - v|, so a . R b by at most that times |a| |b|.
     """
-    spokes = [balls.fractions(problem.loaded.exits[j]) - centre for j in cables]
-    arms = [balls.fractions(problem.loaded.arms[j]) for j in cables]
+    spokes = [balls.ranges(problem.loaded.exit_ranges[j]) - centre for j in cables]
+    arms = [balls.ranges(problem.loaded.arm_ranges[j]) for j in cables]
     most = [balls.from_fraction(problem.lengths[j][1]) for j in cables]
     least = [
         balls.to_bounds((balls.dot(a, a) + balls.dot(b, b) - length * length) / 2)[0]
@@ -103,6 +103,6 @@ def rotation_of(cell: Floats) -> arb_mat:
 
 def is_slack_at(problem: Problem, centre: arb_mat, rotation: arb_mat, j: int) -> bool:
     """Return True where a cable is proved slack."""
-    point = centre + rotation * balls.fractions(problem.loaded.arms[j])
-    distance = balls.norm(balls.fractions(problem.loaded.exits[j]) - point)
+    point = centre + rotation * balls.ranges(problem.loaded.arm_ranges[j])
+    distance = balls.norm(balls.ranges(problem.loaded.exit_ranges[j]) - point)
     return bool(distance < balls.from_fraction(problem.lengths[j][0]))

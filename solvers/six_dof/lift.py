@@ -61,7 +61,8 @@ def may_lift(model: Model, charts: Floats, poses: Floats) -> NDArray[np.bool_]:
         change = (radius[:, 3:] @ np.abs(f))[:, None] + 2.0 * np.linalg.norm(f) * turn[:, None] * length
         far = np.abs(poses[:, 3:]).max(axis=2).sum(axis=1)
         size = np.abs(model.exits[:n]).sum(axis=1) + far[:, None] + length
-        data = (model.exits_err[:n] + model.arms_err[:n]).sum(axis=1)
+        data = (model.exits_err[:n] + model.arms_err[:n] + model.exit_spread[:n]).sum(axis=1)
+        data += model.arm_spread[:n]
         whole = np.abs(f).sum()
         error = (ROUNDING * whole + f_err) * size + ROUNDING * change + (whole + f_err) * data
         proved = pull - change - (1.0 + ROUNDING) * error >= 0.0

@@ -15,10 +15,14 @@ from solvers.six_dof.cells.roots import ABOUT_ROD, ABOUT_VERTICAL, GENERAL, Redu
 
 Floats = NDArray[np.float64]
 
+PLAIN = Frame.plain()
+"""The model's own frames."""
 
-def distinct(roots: Sequence[Root], frame: Frame, reduction: Reduction = GENERAL) -> list[Root]:
+
+def distinct(roots: Sequence[Root], reduction: Reduction = GENERAL) -> list[Root]:
     """Keep one root of each pose: two are the same when one lies in the other's uniqueness box.
 
+    All is seen in the model's own frames: those of data with ranges differ from choice to choice.
     Of a family each chart shows another pose: it is turned to where the other chart would show it. Roots
     inside their chart are preferred; the order is the roots' own.
     """
@@ -29,16 +33,16 @@ def distinct(roots: Sequence[Root], frame: Frame, reduction: Reduction = GENERAL
     indices: list[int] = []
     for k, root in enumerate(ordered):
         others = [other for other, j in zip(kept, indices, strict=True) if candidates[k, j]]
-        pose = pose_of(replace(root, box=root.core), frame) if others else None
+        pose = pose_of(replace(root, box=root.core), PLAIN) if others else None
         if pose is None or not any(
-            lies_in(in_family(pose, frame, reduction, other.chart), frame, other) for other in others
+            lies_in(in_family(pose, reduction, other.chart), PLAIN, other) for other in others
         ):
             kept.append(root)
             indices.append(k)
     return kept
 
 
-def in_family(pose: Pose, frame: Frame, reduction: Reduction, chart: int) -> Pose:
+def in_family(pose: Pose, reduction: Reduction, chart: int) -> Pose:
     """Turn a pose about its family's axis to where u has no third entry in a chart.
 
     The pose itself without a family, or where it is not proved that the chart shows it.
@@ -46,7 +50,7 @@ def in_family(pose: Pose, frame: Frame, reduction: Reduction, chart: int) -> Pos
     if reduction not in (ABOUT_VERTICAL, ABOUT_ROD):
         return pose
     flip = half_turn(chart)
-    r = frame.base * pose.rotation * frame.platform.transpose() * flip
+    r = pose.rotation * flip
     along, across = r[1, 0] - r[0, 1], r[0, 0] + r[1, 1]
     if not (across > 0 or along > 0 or along < 0):
         return pose
@@ -54,10 +58,8 @@ def in_family(pose: Pose, frame: Frame, reduction: Reduction, chart: int) -> Pos
     angle = arb.pi() + arb.atan2(-along, -across) if behind else arb.atan2(along, across)
     back = balls.turn(balls.vector([0, 0, 1]), -angle)
     if reduction == ABOUT_ROD:
-        own = frame.platform.transpose() * flip * back * flip * frame.platform
-        return replace(pose, rotation=pose.rotation * own)
-    about_z, origin = frame.base.transpose() * back * frame.base, balls.fractions(frame.origin)
-    return Pose(about_z * pose.rotation, origin + about_z * (pose.centre - origin), pose.densities)
+        return replace(pose, rotation=pose.rotation * flip * back * flip)
+    return Pose(back * pose.rotation, back * pose.centre, pose.densities)
 
 
 def order_of(root: Root) -> tuple[bool, int, list[float]]:
@@ -79,21 +81,17 @@ def may_coincide(roots: Sequence[Root]) -> NDArray[np.bool_]:
     return np.asarray(inside.all(axis=-1))
 
 
-def one_of_each_torus(roots: Sequence[Root], frame: Frame) -> list[Root]:
+def one_of_each_torus(roots: Sequence[Root]) -> list[Root]:
     """Keep one root of each family about two axes, the vertical z and a rod along the platform's x axis.
 
     Both lie in the plane y = 0 of the search. Half a turn about the one and half a turn about the other
     take a root's pose to another one in that plane, which is of the same family.
     """
-    base, platform = frame.base.transpose(), frame.platform.transpose()
-    about_z = base * half_turn(3) * frame.base
-    about_x = platform * half_turn(1) * frame.platform
-    origin = balls.fractions(frame.origin)
+    about_z, about_x = half_turn(3), half_turn(1)
     kept: list[Root] = []
     for root in roots:
-        pose = pose_of(replace(root, box=root.core), frame)
-        centre = origin + about_z * (pose.centre - origin)
-        other = Pose(about_z * pose.rotation * about_x, centre, pose.densities)
-        if not any(lies_in(other, frame, one) for one in kept):
+        pose = pose_of(replace(root, box=root.core), PLAIN)
+        other = Pose(about_z * pose.rotation * about_x, about_z * pose.centre, pose.densities)
+        if not any(lies_in(other, PLAIN, one) for one in kept):
             kept.append(root)
     return kept

@@ -182,7 +182,7 @@ def rotation_of(entry: Solution | Undecided) -> arb_mat:
 def centre_of(problem: Problem, entry: Solution | Undecided) -> arb_mat:
     """Return an entry's centre of mass as balls, (3, 1)."""
     origin = balls.vector([balls.from_bounds(*pair) for pair in entry.position.tolist()])
-    return origin + rotation_of(entry) * balls.fractions(problem.loaded.centre)
+    return origin + rotation_of(entry) * balls.ranges(problem.loaded.centre_ranges)
 
 
 Entry = TypeVar("Entry", Solution, Undecided)
@@ -210,18 +210,27 @@ def neighbourhood(problem: Problem, entry: Solution, reach: float) -> Neighbourh
     """Return the neighbourhood of an entry; None for a family whose turning changes any cable's distance."""
     rotation = exact_rotation(entry.nominal.quaternion_wxyz)
     origin = balls.vector([arb(x) for x in entry.nominal.position])
-    centre = origin + rotation * balls.fractions(problem.loaded.centre)
+    centre = origin + rotation * balls.ranges(problem.loaded.centre_ranges)
     pose = Pose(rotation, centre, ())
     size = platform_size(problem)
     if entry.family is None:
         return Neighbourhood(problem, pose, reach, size)
     if entry.family.kind != "rotation":
         return None
+    if not problem.is_exact:
+        return None
     exits, arms = problem.loaded.exits, problem.loaded.arms
     if all(is_zero(cross(minus(a, exits[0]), problem.load)) for a in exits):
-        return Neighbourhood(problem, pose, reach, size, upward(problem.load))
+        return Neighbourhood(problem, pose, reach, size, upward(problem.loaded.load_direction_ranges))
     if all(b == arms[0] for b in arms):
-        return Neighbourhood(problem, pose, reach, size, upward(problem.load), balls.fractions(arms[0]))
+        return Neighbourhood(
+            problem,
+            pose,
+            reach,
+            size,
+            upward(problem.loaded.load_direction_ranges),
+            balls.fractions(arms[0]),
+        )
     return None
 
 
@@ -322,7 +331,7 @@ def described(problem: Problem, entry: Solution, rotation: arb_mat, centre: arb_
     for i in tight_cables(problem, view):
         states[i] = CableState.UNDECIDED
     tight = [i for i in tight_cables(problem, view) if problem.taut is None or i in problem.taut]
-    load = balls.fractions(problem.load)
+    load = balls.ranges(problem.loaded.load_ranges)
     size = platform_size(problem)
     matrix = wrench_matrix([view.spokes[i] for i in tight], [view.arms[i] for i in tight], load, size)
     rays = tension_rays(matrix)

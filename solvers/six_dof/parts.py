@@ -98,7 +98,7 @@ Parts = dict[tuple[tuple[int, ...], int], Sequence[PartFound]]
 def parts_of(problem: Problem, options: Options, taut: tuple[int, ...], count: int) -> list[Part]:
     """Return the parts of a subset's searches; none where they are not worth splitting."""
     loaded = problem.loaded
-    if any(lo < hi for lo, hi in problem.lengths):
+    if not problem.is_exact or any(lo < hi for lo, hi in problem.lengths):
         # What parts hand over are boxes of roots; a tube is alone within its reach, not within a box.
         return []
     if len(taut) < FEWEST_TAUT or kind_of(loaded, taut).kind not in SEARCHED:

@@ -52,9 +52,9 @@ def reach_message(problem: Problem, ignore_slack: bool = False) -> str:
 def too_short(problem: Problem, i: int, j: int) -> Decimal | None:
     """Return what is proved to be missing to |A_i - A_j| <= l_i + l_j + |B_i - B_j|, m; None: nothing is."""
     with balls.precision():
-        exits, anchors = problem.loaded.exits, problem.loaded.anchors
-        gap = balls.norm(balls.fractions(exits[i]) - balls.fractions(exits[j]))
-        span = balls.norm(balls.fractions(anchors[i]) - balls.fractions(anchors[j]))
+        exits, anchors = problem.loaded.exit_ranges, problem.loaded.anchor_ranges
+        gap = balls.norm(balls.ranges(exits[i]) - balls.ranges(exits[j]))
+        span = balls.norm(balls.ranges(anchors[i]) - balls.ranges(anchors[j]))
         reach = balls.from_fraction(problem.lengths[i][1] + problem.lengths[j][1])
         missing = balls.to_range(gap - reach - span).lo
     return rounded_down(missing) if missing > 0 else None
@@ -65,6 +65,8 @@ def all_too_short(problem: Problem, needed: tuple[int, ...]) -> Decimal:
 
     The mean b of the anchors is within l_i + |B_i - b| of every exit point, whatever the pose.
     """
+    if not problem.is_exact:
+        return Decimal(0)
     anchors = [problem.loaded.anchors[i] for i in needed]
     mean = [sum(axis, Fraction(0)) / len(anchors) for axis in zip(*anchors, strict=True)]
     with balls.precision():

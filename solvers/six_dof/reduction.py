@@ -3,18 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from fractions import Fraction
 from functools import lru_cache
 
 import numpy as np
-from flint import arb_mat
+from flint import arb, arb_mat
 from numpy.typing import NDArray
 
 from cdpr_interval.exact import balls
-from cdpr_interval.exact.range import Range, RangeVector
-from cdpr_interval.exact.vector import Vector, cross, is_zero, minus
+from cdpr_interval.exact.range import Range, RangeVector, difference
+from cdpr_interval.exact.vector import cross, is_zero, minus
 from cdpr_interval.mechanics.loaded import LoadedRobot
-from cdpr_interval.mechanics.six_dof.arrays import Model, build_model
+from cdpr_interval.mechanics.six_dof.arrays import Model, build_model, longer_and_shorter
 from cdpr_interval.mechanics.six_dof.families import Classification, Kind
 from cdpr_interval.mechanics.six_dof.frame import Frame, upward
 from solvers.questions.problem import Options
@@ -59,11 +58,11 @@ class Template:
 
     def with_lengths(self, lengths: Lengths) -> Reduced:
         """Return the search for these lengths, in units near the platform's size where that is exact."""
-        model = self.reduced.model._replace(
-            lengths=lengths.bounds[self.cables],
-            lengths_sq=lengths.squares[self.cables],
-            lengths_sq_err=lengths.squares_err[self.cables],
-        )
+        own = tuple(array[self.cables] for array in lengths)
+        if self.reduced.model.gaps.any():
+            own = longer_and_shorter(own[0], self.reduced.model.gaps)
+        bounds, squares, errors = own
+        model = self.reduced.model._replace(lengths=bounds, lengths_sq=squares, lengths_sq_err=errors)
         units = self.reduced.units
         moved = in_units(model, units) if units else None
         if moved is None:
@@ -116,15 +115,16 @@ def space_problem(
     else:
         frame = Frame.plain()
         reduction = GEOMETRY if len(taut) == 6 else GENERAL
-    arms = [frame.arm(loaded.arms[i]) for i in (*taut, *others)]
+    arms = [frame.arm(loaded.arm_ranges[i]) for i in (*taut, *others)]
     if kind.kind is Kind.ABOUT_ROD:
         arms = [on_axis(p, 2) for p in arms]
-    load = frame.force(loaded.load)
-    exits = [frame.exit_point(loaded.exits[i]) for i in (*taut, *others)]
+    load = frame.force(loaded.load_direction_ranges)
+    exits = [frame.exit_point(loaded.exit_ranges[i]) for i in (*taut, *others)]
     if kind.kind is Kind.ABOUT_VERTICAL:
         load, exits = on_axis(load, 2), [on_axis(a, 2) for a in exits]
     lengths = unit_lengths(len(arms))
-    model = build_model(exits, arms, lengths, load, len(taut), statics=statics, slack=slack)
+    spread = not loaded.spread.points_are_exact
+    model = build_model(exits, arms, lengths, load, len(taut), statics=statics, slack=slack, spread=spread)
     return Reduced(frame, model, reduction)
 
 
@@ -139,17 +139,17 @@ def in_plane(v: RangeVector) -> RangeVector:
     return (v[0], Range.exact(0), v[2])
 
 
-def is_downward(load: Vector) -> bool:
+def is_downward(load: RangeVector) -> bool:
     """Return True for a load exactly along -z."""
-    return load[0] == 0 and load[1] == 0 and load[2] < 0
+    return not any(load[0]) and not any(load[1]) and load[2].hi < 0
 
 
 def vertical_frame(loaded: LoadedRobot, taut: tuple[int, ...]) -> Frame:
     """Return the frame with z upward on the line of the taut exit points."""
-    origin = loaded.exits[taut[0]]
-    if is_downward(loaded.load):
+    origin = loaded.exit_ranges[taut[0]]
+    if is_downward(loaded.load_direction_ranges):
         return Frame(origin, balls.identity(), balls.identity())
-    z_first = balls.right_handed(upward(loaded.load)).transpose()
+    z_first = balls.right_handed(upward(loaded.load_direction_ranges)).transpose()
     return Frame(origin, cyclic() * z_first, balls.identity())
 
 
@@ -160,15 +160,14 @@ def cyclic() -> arb_mat:
 
 def rod_frame(loaded: LoadedRobot, taut: tuple[int, ...]) -> Frame:
     """Return the frame whose platform z axis carries the taut platform points."""
-    zero = (Fraction(0), Fraction(0), Fraction(0))
+    nought = Range.exact(0)
     platform = cyclic() * balls.right_handed(rod_axis(loaded, taut)).transpose()
-    return Frame(zero, balls.identity(), platform)
+    return Frame((nought, nought, nought), balls.identity(), platform)
 
 
 def rod_axis(loaded: LoadedRobot, taut: tuple[int, ...]) -> arb_mat:
     """Return the unit direction of the line of the taut platform points, platform frame."""
-    b = next(loaded.arms[i] for i in taut if not is_zero(loaded.arms[i]))
-    v = balls.fractions(b)
+    v = next(balls.ranges(arm) for arm in (loaded.arm_ranges[i] for i in taut) if any(map(any, arm)))
     return v * (1 / balls.norm(v))
 
 
@@ -180,7 +179,7 @@ def plane_problems(
     The platform's plane can face either way: two mirrored searches, one where a family turns one
     into the other.
     """
-    origin = loaded.exits[taut[0]]
+    origin = loaded.exit_ranges[taut[0]]
     base = plane_base(loaded, taut)
     platform = plane_platform(loaded, taut, kind)
     mirrored = arb_mat([[1, 0, 0], [0, -1, 0], [0, 0, -1]]) * platform
@@ -188,19 +187,23 @@ def plane_problems(
     for turned in [platform] if kind.vertical or kind.rod else [platform, mirrored]:
         frame = Frame(origin, base, turned)
         everyone = (*taut, *others)
-        arms = [frame.arm(loaded.arms[i]) for i in everyone]
-        exits = [frame.exit_point(loaded.exits[i]) for i in everyone]
+        arms = [frame.arm(loaded.arm_ranges[i]) for i in everyone]
+        exits = [frame.exit_point(loaded.exit_ranges[i]) for i in everyone]
         flat = len(taut)
         arms[:flat] = [on_axis(p, 0) if kind.rod else in_plane(p) for p in arms[:flat]]
         exits[:flat] = [on_axis(a, 2) if kind.vertical else in_plane(a) for a in exits[:flat]]
+        if not (loaded.spread.points_are_exact or kind.vertical or kind.rod):
+            exits[:2] = plane_exits(loaded, taut)
+            arms[:2] = plane_arms(loaded, taut, mirrored=turned is not platform)
         model = build_model(
             exits,
             arms,
             unit_lengths(len(everyone)),
-            on_axis(frame.force(loaded.load), 2),
+            on_axis(frame.force(loaded.load_direction_ranges), 2),
             flat,
             planar=True,
             slack=slack,
+            spread=not loaded.spread.points_are_exact,
         )
         found.append(Reduced(frame, model, PLANAR))
     return found
@@ -208,30 +211,52 @@ def plane_problems(
 
 def plane_base(loaded: LoadedRobot, taut: tuple[int, ...]) -> arb_mat:
     """Return the rotation whose rows are x (horizontal, in the plane), y (its normal), z (up)."""
-    up = upward(loaded.load)
-    step = horizontal_step(loaded, taut)
-    if step is None:
+    up = upward(loaded.load_direction_ranges)
+    x = horizontal_step(loaded, taut)
+    if x is None:
         rows = balls.right_handed(up)
         return cyclic() * rows.transpose()
-    x = balls.fractions(step)
     x = x * (1 / balls.norm(x))
     return balls.columns(x, balls.cross(up, x), up).transpose()
 
 
-def horizontal_step(loaded: LoadedRobot, taut: tuple[int, ...]) -> Vector | None:
+def horizontal_step(loaded: LoadedRobot, taut: tuple[int, ...]) -> arb_mat | None:
     """Return the horizontal part of A_2 - A_1, scaled by |f|^2; None where it vanishes."""
-    f = loaded.load
-    d = minus(loaded.exits[taut[1]], loaded.exits[taut[0]])
+    f, d = loaded.load_direction_ranges, difference(loaded.exit_ranges[taut[1]], loaded.exit_ranges[taut[0]])
+    exact = loaded.middle
     # f x (d x f) = |f|^2 d - (f . d) f
-    step = cross(f, cross(d, f))
-    return None if is_zero(step) else step
+    if is_zero(cross(exact.load, cross(minus(exact.exits[taut[1]], exact.exits[taut[0]]), exact.load))):
+        return None
+    ball = balls.ranges(f)
+    return balls.cross(ball, balls.cross(balls.ranges(d), ball))
+
+
+def plane_exits(loaded: LoadedRobot, taut: tuple[int, ...]) -> list[RangeVector]:
+    """Return two exit points with ranges in the frame of the plane that each choice of them has."""
+    up = upward(loaded.load_direction_ranges)
+    d = balls.ranges(difference(loaded.exit_ranges[taut[1]], loaded.exit_ranges[taut[0]]))
+    rise = balls.dot(up, d)
+    return [in_plane_at(arb(0), arb(0)), in_plane_at(balls.norm(balls.cross(up, d)), rise)]
+
+
+def plane_arms(loaded: LoadedRobot, taut: tuple[int, ...], mirrored: bool) -> list[RangeVector]:
+    """Return two arms with ranges in the frame of the plane that each choice of them has."""
+    b1, b2 = (balls.ranges(loaded.arm_ranges[i]) for i in taut)
+    size = balls.norm(b1)
+    across = balls.norm(balls.cross(b1, b2)) / size
+    return [in_plane_at(size, arb(0)), in_plane_at(balls.dot(b1, b2) / size, across if mirrored else -across)]
+
+
+def in_plane_at(x: arb, z: arb) -> RangeVector:
+    """Return a vector in the plane y = 0."""
+    return (balls.to_range(x), Range.exact(0), balls.to_range(z))
 
 
 def plane_platform(loaded: LoadedRobot, taut: tuple[int, ...], kind: Classification) -> arb_mat:
     """Return the rotation that lays the taut platform points and the centre of mass into y = 0."""
     if kind.rod:
         return balls.right_handed(rod_axis(loaded, taut)).transpose()
-    b1, b2 = (balls.fractions(loaded.arms[i]) for i in taut[:2])
+    b1, b2 = (balls.ranges(loaded.arm_ranges[i]) for i in taut[:2])
     first = rod_axis(loaded, taut)
     normal = balls.cross(b1, b2)
     normal = normal * (1 / balls.norm(normal))

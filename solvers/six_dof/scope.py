@@ -8,7 +8,7 @@ from cdpr_interval.mechanics.loaded import NO_FORCE
 from cdpr_interval.robots.cable_robot import SIX_DOF, Point, Robot
 from cdpr_interval.text.count import counted
 from solvers.questions.arguments import Label
-from solvers.questions.checked import mixed_cables, uncertain_data
+from solvers.questions.checked import mixed_cables
 from solvers.questions.problem import Method, Options
 
 MOST_TAUT = 6
@@ -22,8 +22,9 @@ def accepts(robot: Robot) -> bool:
 
 def refuses(robot: Robot, force: Point = NO_FORCE) -> str | None:
     """Return why this version cannot treat a platform under a force (N); None where it can."""
-    stretching = "elastic cables of a platform are not supported yet" if robot.is_elastic else None
-    return uncertain_data(robot, force) or mixed_cables(robot) or stretching
+    return mixed_cables(robot) or (
+        "elastic cables of a platform are not supported yet" if robot.is_elastic else None
+    )
 
 
 def complaints(robot: Robot, taut: tuple[int, ...] | None, options: Options, label: Label) -> Iterator[str]:

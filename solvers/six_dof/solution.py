@@ -10,6 +10,8 @@ from flint import arb, arb_mat
 from numpy.typing import NDArray
 
 from cdpr_interval.exact import balls
+from cdpr_interval.exact.enclosure import enclose
+from cdpr_interval.exact.range import Range
 from cdpr_interval.mechanics.energy import classify
 from cdpr_interval.mechanics.orientation import (
     quaternion_from_rotation,
@@ -19,7 +21,7 @@ from cdpr_interval.mechanics.orientation import (
 from cdpr_interval.mechanics.six_dof.fields import OPEN, STABLE, Cables, Fields, fill_fields
 from cdpr_interval.mechanics.six_dof.frame import Frame, Pose
 from cdpr_interval.mechanics.stability import Stability
-from cdpr_interval.robots.cable_robot import Robot, exact_point
+from cdpr_interval.robots.cable_robot import Robot, range_point
 from solvers.answers.data import CableState, Certainty, Family, Nominal, Proof, Solution
 from solvers.questions.problem import Options, Problem
 from solvers.six_dof.cells.roots import Root
@@ -27,6 +29,7 @@ from solvers.six_dof.prepared import Lengths
 
 Floats = NDArray[np.float64]
 
+ONE = Range.exact(1)
 NARROW = 1e-9
 """A matrix this near to a rotation is taken for one."""
 
@@ -43,9 +46,9 @@ class Geometry:
 def geometry(problem: Problem, pose: Pose) -> Geometry:
     """Compute arms, spokes and distances of all cables."""
     arms, spokes, distances = [], [], []
-    for a, b in zip(problem.loaded.exits, problem.loaded.arms, strict=True):
-        r = pose.rotation * balls.fractions(b)
-        e = balls.fractions(a) - pose.centre - r
+    for a, b in zip(problem.loaded.exit_ranges, problem.loaded.arm_ranges, strict=True):
+        r = pose.rotation * balls.ranges(b)
+        e = balls.ranges(a) - pose.centre - r
         arms.append(r)
         spokes.append(e)
         distances.append(balls.norm(e))
@@ -186,6 +189,18 @@ def fields_of(
     return fields
 
 
+def multiply_tensions(fields: Fields, factor: Range) -> None:
+    """Multiply tensions by the factor of the load, a range of positive numbers."""
+    if factor == ONE:
+        return
+    lo, hi = enclose(factor.lo)[0], enclose(factor.hi)[1]
+    for bounds in (fields.densities, fields.tensions):
+        ends = np.stack([bounds[..., k] * end for k in (0, 1) for end in (lo, hi)])
+        bounds[..., 0] = np.nextafter(ends.min(axis=0), -np.inf)
+        bounds[..., 1] = np.nextafter(ends.max(axis=0), np.inf)
+        bounds[(ends == 0.0).all(axis=0)] = 0.0
+
+
 def decided_solutions(
     options: Options, lengths: Lengths, taut: tuple[int, ...], fields: Fields
 ) -> list[tuple[bool, Solution | None]]:
@@ -253,12 +268,12 @@ def is_slack(problem: Problem, view: Geometry, i: int) -> bool | None:
 
 def origin(robot: Robot, pose: Pose) -> arb_mat:
     """Return the platform origin in the base frame."""
-    return pose.centre - pose.rotation * balls.fractions(exact_point(robot.platform.centre_of_mass))
+    return pose.centre - pose.rotation * balls.ranges(range_point(robot.platform.centre_of_mass))
 
 
 def height(robot: Robot, centre: arb_mat) -> Floats:
     """Return the bounds of the centre of mass's height along up (against gravity)."""
-    g = balls.fractions(exact_point(robot.gravity))
+    g = balls.ranges(range_point(robot.gravity))
     return np.array(balls.to_bounds(balls.dot(centre, g) * (-1 / balls.norm(g))))
 
 
@@ -284,7 +299,7 @@ def solve_densities(problem: Problem, taut: tuple[int, ...], pose: Pose) -> Pose
         [*balls.entries(view.spokes[i]), *balls.entries(balls.cross(view.arms[i], view.spokes[i]))]
         for i in taut
     ]
-    load = balls.fractions(problem.load)
+    load = balls.ranges(problem.loaded.load_ranges)
     right = balls.vector([-x for x in balls.entries(load)] + [arb(0)] * 3)
     try:
         t = arb_mat(rows).transpose().solve(right)

@@ -107,10 +107,10 @@ def model_of(problem: Problem, cables: tuple[int, ...]) -> Model:
     """Return the arrays of some cables, all of them taut."""
     frame = Frame.plain()
     return build_model(
-        [frame.exit_point(problem.loaded.exits[i]) for i in cables],
-        [frame.arm(problem.loaded.arms[i]) for i in cables],
+        [frame.exit_point(problem.loaded.exit_ranges[i]) for i in cables],
+        [frame.arm(problem.loaded.arm_ranges[i]) for i in cables],
         [Range(*problem.lengths[i]) for i in cables],
-        frame.force(problem.load),
+        frame.force(problem.loaded.load_ranges),
         len(cables),
         slack=False,
     )
@@ -119,7 +119,7 @@ def model_of(problem: Problem, cables: tuple[int, ...]) -> Model:
 def tensions_at(problem: Problem, cables: Sequence[int], pose: Pose) -> list[arb] | None:
     """Return all t that balance in a pose's bounds; None where the wrenches may be dependent."""
     view = geometry(problem, pose)
-    load = balls.fractions(problem.load)
+    load = balls.ranges(problem.loaded.load_ranges)
     size = platform_size(problem)
     matrix = wrench_matrix([view.spokes[i] for i in cables], [view.arms[i] for i in cables], load, size)
     middle = balls.middle(matrix)
@@ -136,7 +136,7 @@ def tensions_at(problem: Problem, cables: Sequence[int], pose: Pose) -> list[arb
 
 def platform_size(problem: Problem) -> float:
     """Return a length of the platform, in m."""
-    return float(max(sum(abs(x) for x in b) for b in problem.loaded.arms)) or 1.0
+    return float(max(sum(abs(x) for x in b) for b in problem.loaded.middle.arms)) or 1.0
 
 
 def switch_at(

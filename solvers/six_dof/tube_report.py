@@ -12,6 +12,7 @@ from cdpr_interval.engine.per_thread import per_thread
 from cdpr_interval.kernels import interval
 from cdpr_interval.kernels.lanes import LANES
 from cdpr_interval.kernels.second_order import width
+from cdpr_interval.mechanics.loaded import LoadedRobot
 from cdpr_interval.mechanics.rotation import rotation_at
 from cdpr_interval.mechanics.six_dof.arrays import Model
 from cdpr_interval.mechanics.six_dof.fields import Cables, Fields
@@ -20,7 +21,7 @@ from cdpr_interval.mechanics.six_dof.tube_fields import TABLE, fill_tube_fields
 from solvers.six_dof.cells.roots import GENERAL, PLANAR, Root, system_of
 from solvers.six_dof.cells.tube import Tube
 from solvers.six_dof.cells.tube_prover import forms_of_thread
-from solvers.six_dof.prepared import Lengths
+from solvers.six_dof.prepared import Lengths, cables_of
 from solvers.six_dof.reduction import Reduced
 from solvers.six_dof.solution import empty_fields, fields_of
 
@@ -28,17 +29,18 @@ Floats = NDArray[np.float64]
 
 
 def tube_fields(
-    cables: Cables, lengths: Lengths, taut: tuple[int, ...], reduced: Reduced, roots: Sequence[Root]
+    loaded: LoadedRobot, lengths: Lengths, taut: tuple[int, ...], reduced: Reduced, roots: Sequence[Root]
 ) -> Fields:
-    """Return what the tubes of one search report, in bounds.
+    """Return what the tubes of one search report, in bounds; tensions but for the load's factor.
 
     Whether a pose is stable is looked at for the data's middle. It is so for all of them: the system's
     Jacobian at a pose is, in other coordinates, the second derivative of the Lagrangian, bordered by the
-    lengths' first ones, and regular along the tube, so that its inertia does not change.
+    lengths' first ones, and regular along the tube, so that its inertia does not change. That of a planar
+    search says nothing of motions out of its plane: there all data are looked at.
     """
     parts = [part for root in roots for part in root.parts]
-    each = pieces(cables, lengths, taut, reduced, parts)
-    fields = empty_fields(len(roots), len(taut), len(cables.exits))
+    each = pieces(cables_of(loaded), lengths, taut, reduced, parts)
+    fields = empty_fields(len(roots), len(taut), len(lengths.bounds))
     first = 0
     for m, root in enumerate(roots):
         last = first + len(root.parts)
@@ -48,6 +50,7 @@ def tube_fields(
         first = last
     planar = reduced.reduction is PLANAR
     seen = roots if planar else [replace_box(root) for root in roots]
+    cables = cables_of(loaded if planar else loaded.middle)
     fields.verdicts[:] = fields_of(cables, lengths, taut, reduced.frame, seen).verdicts
     return fields
 
@@ -80,6 +83,11 @@ def pieces(
             fields.tensions[m, i] = interval.mul(*fields.densities[m, j], lo, hi)
         # A taut cable is as long as it is.
         fields.distances[:, i, 0], fields.distances[:, i, 1] = lo, hi
+    gaps = reduced.model.gaps
+    for i, gap in zip(order[n:], gaps[n:], strict=True):
+        if gap > 0.0:
+            fields.distances[:, i, 0] = np.nextafter(fields.distances[:, i, 0] - gap, -np.inf).clip(0.0)
+            fields.distances[:, i, 1] = np.nextafter(fields.distances[:, i, 1] + gap, np.inf)
     return fields
 
 

@@ -51,15 +51,15 @@ def axes_of(problem: Problem, taut: tuple[int, ...], kind: Classification, pose:
     found: list[Axis] = []
     if kind.kind is not Kind.ONE_POINT and not (kind.vertical or kind.rod):
         return found
-    up = upward(problem.load)
+    up = upward(problem.loaded.load_direction_ranges)
     if kind.kind is Kind.ONE_POINT:
-        b = balls.fractions(problem.loaded.arms[taut[0]])
+        b = balls.ranges(problem.loaded.arm_ranges[taut[0]])
         found.append(Axis(pose.centre + pose.rotation * b, up))
     if kind.vertical:
-        found.append(Axis(balls.fractions(problem.loaded.exits[taut[0]]), up))
+        found.append(Axis(balls.ranges(problem.loaded.exit_ranges[taut[0]]), up))
     if kind.rod:
-        b = next(v for v in (problem.loaded.arms[i] for i in taut) if any(v))
-        direction = balls.fractions(b)
+        arms = (problem.loaded.arm_ranges[i] for i in taut)
+        direction = next(balls.ranges(arm) for arm in arms if any(map(any, arm)))
         found.append(Axis(pose.centre, pose.rotation * direction * (1 / balls.norm(direction))))
     return found
 
@@ -67,14 +67,14 @@ def axes_of(problem: Problem, taut: tuple[int, ...], kind: Classification, pose:
 def circles(problem: Problem, taut: tuple[int, ...], pose: Pose, axis: Axis) -> list[Circle]:
     """Return the squared distances of all other cables when the pose turns about the axis."""
     found = []
-    for j, exit_point in enumerate(problem.loaded.exits):
+    for j, exit_point in enumerate(problem.loaded.exit_ranges):
         if j in taut:
             continue
-        point = pose.centre + pose.rotation * balls.fractions(problem.loaded.arms[j])
+        point = pose.centre + pose.rotation * balls.ranges(problem.loaded.arm_ranges[j])
         found.append(
             circle(
                 j,
-                balls.fractions(exit_point),
+                balls.ranges(exit_point),
                 point,
                 axis.point,
                 axis.direction,
@@ -216,11 +216,11 @@ def free_turning_solution(
     It is listed at the identity, or where that leaves a cable too short at another rotation.
     """
     states: dict[int, bool | None] = {}
-    for j, exit_point in enumerate(problem.loaded.exits):
+    for j, exit_point in enumerate(problem.loaded.exit_ranges):
         if j in taut:
             continue
-        far = balls.norm(balls.fractions(exit_point) - pose.centre)
-        arm = balls.norm(balls.fractions(problem.loaded.arms[j]))
+        far = balls.norm(balls.ranges(exit_point) - pose.centre)
+        arm = balls.norm(balls.ranges(problem.loaded.arm_ranges[j]))
         length = length_ball(problem, j)
         # With slackness ignored all rotations are listed, and one at which a cable is too long says so.
         least = far + arm if options.ignore_slack else abs(far - arm)

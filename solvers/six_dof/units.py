@@ -28,7 +28,7 @@ FORCES = ("load", "load_err")
 LENGTHS = (
     *("exits", "exits_err", "exit_steps", "exit_steps_err"),
     *("arms", "arms_err", "arm_steps", "arm_steps_err"),
-    *("lengths", "exit_spread", "arm_spread", "size"),
+    *("lengths", "exit_spread", "arm_spread", "gaps", "size"),
 )
 """Fields of a model by their dimension."""
 

@@ -151,7 +151,7 @@ class Neighbourhood:
     def point_of(self, rotation: arb_mat, centre: arb_mat) -> arb_mat:
         """Return a point of a pose's axis."""
         if self.pivot is None:
-            return balls.fractions(self.problem.loaded.exits[0])
+            return balls.ranges(self.problem.loaded.exit_ranges[0])
         return centre + rotation * self.pivot
 
 
@@ -182,7 +182,7 @@ def floor_of(where: Neighbourhood, tight: Sequence[int]) -> Floor:
     """
     view = where.everywhere()
     spokes, arms = [view.spokes[i] for i in tight], [view.arms[i] for i in tight]
-    load = balls.fractions(where.problem.load)
+    load = balls.ranges(where.problem.loaded.load_ranges)
     rays = tension_rays(wrench_matrix(spokes, arms, load, where.size))
     if not where.small_enough or rays is None or not rays.parts:
         return Floor(False, False)
@@ -234,7 +234,7 @@ def has_lowest_point(
 ) -> bool:
     """Return True when the height has a lowest point among the allowed poses inside the neighbourhood."""
     problem, size = where.problem, where.size
-    load = balls.fractions(problem.load)
+    load = balls.ranges(problem.loaded.load_ranges)
     matrix = wrench_matrix(spokes, arms, load, size)
     middle = balls.middle(matrix)
     count = len(tight)

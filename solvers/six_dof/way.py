@@ -262,10 +262,10 @@ def model_of(robot: Robot, order: tuple[int, ...]) -> Model:
     """Return the arrays of a robot's cables in an order; lengths, load and how many are taut are open."""
     frame, view = Frame.plain(), loaded(robot)
     return build_model(
-        [frame.exit_point(view.exits[i]) for i in order],
-        [frame.arm(view.arms[i]) for i in order],
+        [frame.exit_point(view.exit_ranges[i]) for i in order],
+        [frame.arm(view.arm_ranges[i]) for i in order],
         [Range.exact(1) for _ in order],
-        frame.force(view.load),
+        frame.force(view.load_ranges),
         min(len(order), MOST_TAUT),
     )
 

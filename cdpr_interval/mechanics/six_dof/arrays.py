@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cdpr_interval.exact.enclosure import enclose
-from cdpr_interval.exact.range import Range, RangeVector
+from cdpr_interval.exact.range import Range, RangeVector, difference, middle_of
 from cdpr_interval.mechanics.rotation import HALF_TURNS
 
 Floats = NDArray[np.float64]
@@ -68,9 +68,11 @@ class Model(NamedTuple):
     """(N, 3) how far exit points may be from the middles above, along the axes.
 
     Where these spreads are not zero, ``lengths`` are the distances between the middle points that go with the
-    cables' own lengths: longer and shorter by as much as exit point and arm may move."""
+    cables' own lengths: longer and shorter by the ``gaps``."""
     arm_spread: Floats
     """(N,) how far arms may be from their middles."""
+    gaps: Floats
+    """(N,) how far a cable's vector may be from that between the middle points."""
     size: float
     """A length of the platform, by which moments are divided (only scales float work)."""
     orders: Ints
@@ -109,8 +111,29 @@ def _vectors(vectors: list[RangeVector]) -> tuple[Floats, Floats]:
     return m.reshape(-1, 3), e.reshape(-1, 3)
 
 
-def _sub(a: RangeVector, b: RangeVector) -> RangeVector:
-    return (a[0] - b[0], a[1] - b[1], a[2] - b[2])
+def apart(vectors: list[RangeVector]) -> tuple[list[RangeVector], Floats]:
+    """Return the middles of vectors, and bounds (N, 3) of how far from them each entry may be."""
+    half = [[enclose(x.width / 2)[1] for x in v] for v in vectors]
+    found = []
+    for v in vectors:
+        x, y, z = map(Range.exact, middle_of(v))
+        found.append((x, y, z))
+    return found, np.array(half).reshape(-1, 3)
+
+
+def norms(vectors: Floats) -> Floats:
+    """Return upper bounds (N,) of the norms of vectors (N, 3), 0 for zero."""
+    return np.asarray(np.linalg.norm(vectors, axis=1) * (1.0 + 1e-15))
+
+
+def longer_and_shorter(lengths: Floats, by: Floats) -> tuple[Floats, Floats, Floats]:
+    """Return bounds (N, 2) of lengths widened by ``by`` (N,), the middles of their squares and the errors."""
+    lo = np.maximum(np.nextafter(lengths[:, 0] - by, 0.0), 0.0)
+    hi = np.nextafter(lengths[:, 1] + by, np.inf)
+    least, most = np.nextafter(lo * lo, 0.0), np.nextafter(hi * hi, np.inf)
+    middle = 0.5 * least + 0.5 * most
+    error = np.nextafter(np.maximum(most - middle, middle - least), np.inf)
+    return np.stack([lo, hi], axis=1), middle, error
 
 
 def _norm_sq(a: RangeVector) -> Range:
@@ -176,14 +199,27 @@ def build_model(
     planar: bool = False,
     statics: bool = True,
     slack: bool = True,
+    spread: bool = False,
 ) -> Model:
-    """Enclose exact data (taut cables first) in the arrays of a ``Model``."""
+    """Enclose exact data (taut cables first) in the arrays of a ``Model``.
+
+    With ``spread`` the ranges of exit points and arms become spreads around their middles, else errors.
+    """
     count = len(exits)
+    central = [i for i in range(n_taut) if all(r.lo == r.hi == 0 for r in arms[i])]
+    exit_spread, arm_spread = np.zeros((count, 3)), np.zeros(count)
+    if spread:
+        exits, exit_spread = apart(exits)
+        arms, half = apart(arms)
+        arm_spread = norms(half)
+    outer = [i for i in range(n_taut) if i not in central]
+    # An arm with zero in the middle of its range: the cable ends at the centre of mass for some choices.
+    vague = any(all(r.lo == r.hi == 0 for r in arms[i]) for i in outer)
     a, a_err = _vectors(exits)
     b, b_err = _vectors(arms)
     pairs = [(i, j) for i in range(count) for j in range(count)]
-    steps_a = [_sub(exits[i], exits[j]) for i, j in pairs]
-    steps_b = [_sub(arms[i], arms[j]) for i, j in pairs]
+    steps_a = [difference(exits[i], exits[j]) for i, j in pairs]
+    steps_b = [difference(arms[i], arms[j]) for i, j in pairs]
     da, da_err = (x.reshape(count, count, 3) for x in _vectors(steps_a))
     db, db_err = (x.reshape(count, count, 3) for x in _vectors(steps_b))
     square, square_err = (
@@ -193,12 +229,11 @@ def build_model(
     squares = [Range(r.lo**2, r.hi**2) for r in lengths]
     l_sq, l_sq_err = split(squares)
     f, f_err = split(list(load))
-    central = [i for i in range(n_taut) if all(r.lo == r.hi == 0 for r in arms[i])]
     return Model(
         n_taut=n_taut,
         planar=planar,
         statics=statics,
-        hanging=statics and 1 <= n_taut - len(central) <= 3 and len(central) > 0,
+        hanging=statics and 1 <= len(outer) <= 3 and len(central) > 0 and not vague,
         slack=slack,
         exits=a,
         exits_err=a_err,
@@ -215,8 +250,9 @@ def build_model(
         lengths_sq_err=l_sq_err,
         load=f,
         load_err=f_err,
-        exit_spread=np.zeros((count, 3)),
-        arm_spread=np.zeros(count),
+        exit_spread=exit_spread,
+        arm_spread=arm_spread,
+        gaps=np.asarray((norms(exit_spread) + arm_spread) * (1.0 + 1e-15)),
         size=platform_size(b[:n_taut]),
         orders=central_first(triples_by_spread(a, b, n_taut), central),
     )

@@ -30,6 +30,8 @@ class Kind(Enum):
     ONE_POINT = "d"
     DEPENDENT = "dependent"
     """The wrenches are linearly dependent in every pose: smaller subsets hold all its poses."""
+    UNCERTAIN = "uncertain"
+    """Of data with ranges: one of the families for some choices, and maybe none for others."""
 
 
 @dataclass(frozen=True)

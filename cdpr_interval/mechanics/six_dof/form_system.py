@@ -7,9 +7,9 @@ with q_i = A_i - p, b_i the arm
     s (|q_i|^2 + |b_i|^2 - lambda_i) - 2 q_i . s R b_i = 0             (lengths)
     sum t_i (s q_i - s R b_i) + s f = 0,  sum t_i s R b_i x q_i = 0    (statics)
 
-Exit points and arms may be off by the model's spreads besides. Then the equations of lengths are kept with
-the middle points, which is what lambda_i stands for (``arrays.Model``), and all derivatives enclose those of
-the system of every choice.
+Exit points and arms may be off by the model's spreads besides. Then lambda_i stands for the squared distance
+of the middle points that belong to cable i (``arrays.Model``): the equations of lengths are those of the
+middle points, those of statics and all derivatives are for every choice of the points (see ``tube``).
 
 Arrays: ``F`` (rows, columns of a form, LANES) forms with the rows below and ``ALONG_DATA`` as symbols, of
 which only the first lane is looked at; ``model`` is an ``arrays.Model``.

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from fractions import Fraction
 from functools import cached_property
 
 import numpy as np
@@ -11,8 +10,7 @@ from flint import arb, arb_mat
 from numpy.typing import NDArray
 
 from cdpr_interval.exact import balls
-from cdpr_interval.exact.range import Range, RangeVector
-from cdpr_interval.exact.vector import Vector
+from cdpr_interval.exact.range import Range, RangeVector, difference
 from cdpr_interval.mechanics.rotation import HALF_TURNS
 from cdpr_interval.mechanics.six_dof.fields import FrameBounds
 
@@ -23,48 +21,47 @@ Floats = NDArray[np.float64]
 class Frame:
     """Model base = ``base`` (A - origin), model platform = ``platform`` b, both rotations."""
 
-    origin: Vector
+    origin: RangeVector
     base: arb_mat
     platform: arb_mat
 
     @staticmethod
     def plain() -> Frame:
         """Return the robot's own frames."""
-        zero = Fraction(0)
+        zero = Range.exact(0)
         return Frame((zero, zero, zero), balls.identity(), balls.identity())
 
     @cached_property
     def bounds(self) -> FrameBounds:
         """The frame in arrays."""
         unit = balls.identity()
-        plain = not any(self.origin) and self.base == unit and self.platform == unit
+        plain = not any(map(any, self.origin)) and self.base == unit and self.platform == unit
         with balls.precision():
             return FrameBounds(
                 plain,
                 balls.bounds_array(self.base.transpose()).reshape(3, 3, 2),
                 balls.bounds_array(self.platform).reshape(3, 3, 2),
-                balls.bounds_array(balls.fractions(self.origin) * -1).reshape(3, 1, 2),
+                balls.bounds_array(balls.ranges(self.origin) * -1).reshape(3, 1, 2),
             )
 
-    def exit_point(self, a: Vector) -> RangeVector:
+    def exit_point(self, a: RangeVector) -> RangeVector:
         """Return an exit point in the model's base frame."""
-        shifted = (a[0] - self.origin[0], a[1] - self.origin[1], a[2] - self.origin[2])
-        return ranges(self.base, shifted)
+        return turned(self.base, difference(a, self.origin))
 
-    def arm(self, b: Vector) -> RangeVector:
+    def arm(self, b: RangeVector) -> RangeVector:
         """Return an arm in the model's platform frame."""
-        return ranges(self.platform, b)
+        return turned(self.platform, b)
 
-    def force(self, f: Vector) -> RangeVector:
+    def force(self, f: RangeVector) -> RangeVector:
         """Return a force in the model's base frame."""
-        return ranges(self.base, f)
+        return turned(self.base, f)
 
 
-def ranges(rotation: arb_mat, v: Vector) -> RangeVector:
+def turned(rotation: arb_mat, v: RangeVector) -> RangeVector:
     """Return rotation v as exact ranges; v itself where the rotation is the identity."""
     if all(x.is_exact() and x == int(i % 4 == 0) for i, x in enumerate(rotation.entries())):
-        return (Range.exact(v[0]), Range.exact(v[1]), Range.exact(v[2]))
-    x, y, z = (balls.to_range(e) for e in (rotation * balls.fractions(v)).entries())
+        return v
+    x, y, z = (balls.to_range(e) for e in (rotation * balls.ranges(v)).entries())
     return (x, y, z)
 
 
@@ -123,11 +120,11 @@ def coordinates(pose: Pose, frame: Frame, chart: int) -> tuple[list[arb], list[a
     if not trace > 0:
         return None
     u = [(r[2, 1] - r[1, 2]) / trace, (r[0, 2] - r[2, 0]) / trace, (r[1, 0] - r[0, 1]) / trace]
-    p = balls.entries(frame.base * (pose.centre - balls.fractions(frame.origin)))
+    p = balls.entries(frame.base * (pose.centre - balls.ranges(frame.origin)))
     return u, p
 
 
-def upward(load: Vector) -> arb_mat:
-    """Return the unit vector up = -f / |f| of a load f."""
-    f = balls.fractions(load)
+def upward(load: RangeVector) -> arb_mat:
+    """Return the unit vector up = -f / |f| of a load f, of ranges for all of them."""
+    f = balls.ranges(load)
     return f * (-1 / balls.norm(f))

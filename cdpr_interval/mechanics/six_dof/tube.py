@@ -9,6 +9,19 @@ over all choices (w' rides on symbols of its own, to first order): r + E(w) w < 
 z~(delta) + [-w, w] for each, the only one there, and E(v) x < x for some x > 0 that z~(delta) + [-v, v] holds
 no two (Krawczyk's operator; the mean value theorem row by row with one matrix C(delta) for each choice).
 
+With spreads of the points (``form_system``) the data of this system are delta and a choice d of the points
+and the load, and z(delta, d) is its zero. It is a pose of d with the cables' own lengths l where
+g_i(delta) = |e_i(d)|^2 - l_i^2 vanishes at z(delta, d), e_i(d) being the vector between d's own points. There
+is just one such delta in [-1, 1]^n, and so one pose for each choice:
+
+* There is one (Poincare and Miranda): e_i(d) differs from the vector of the middle points by at most the
+  cable's gap, and that one is at least l_i + gap long at delta_i = 1, where g_i >= 0, and at most l_i - gap
+  at -1, where g_i <= 0.
+* The zeros of g are regular, with one sign of its determinant, as the derivatives with the lengths of d's
+  own points are enclosed in J and regular all along: their number is the degree of g, which is 1.
+
+Every pose for d within v of z~(delta), at the delta of its own middle points, is that one.
+
 Arrays, for n taut cables and m equations: ``F`` (rows, columns of a form, LANES) forms with the rows of
 ``TABLE``; ``free`` (m,), ``rows`` (m - n, 6) as in ``six_dof.system``; ``z`` (6 + n,) a zero; ``C`` (m, m)
 about the inverse of the Jacobian at z~(0); ``r, w, v`` (m,) residuals and radii; ``E`` (m, m, 2); ``model``

@@ -188,7 +188,7 @@ def pose_of(root: Root, frame: Frame) -> Pose:
     p = balls.vector([balls.from_bounds(lo, hi) for lo, hi in root.box[3:6]])
     back = frame.base.transpose()
     rotation = back * model_rotation * frame.platform
-    centre = back * p + balls.fractions(frame.origin)
+    centre = back * p + balls.ranges(frame.origin)
     densities = tuple(balls.from_bounds(lo, hi) for lo, hi in root.box[6:])
     return Pose(rotation, centre, densities)
 

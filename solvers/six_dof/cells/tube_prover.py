@@ -36,7 +36,8 @@ def has_ranges(model: Model) -> bool:
     """Return whether a datum of the taut cables has a range, by more than the rounding of one number."""
     n = model.n_taut
     lengths = model.lengths[:n]
-    spread = bool(model.exit_spread[:n].any() or model.arm_spread[:n].any())
+    force = np.abs(model.load).max()
+    spread = bool(model.gaps[:n].any() or (model.load_err > ROUNDING * force).any())
     return spread or bool((lengths[:, 1] - lengths[:, 0] > ROUNDING * lengths[:, 1]).any())
 
 

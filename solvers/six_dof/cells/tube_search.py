@@ -107,42 +107,6 @@ def wider(model: Any, free: Any, off: Any, hull: Any, radii: Any, reach: float, 
         v[i] = own + MARGIN * max(own, reach * scale)
 
 
-@kernel()
-def with_own_data(model: Any, tubes: Any, k: int, free: Any, v: Any, hull: Any, out: Any) -> None:
-    """Write v (m,) and what two zeros for one choice may differ in the data they are measured at to out (m,).
-
-    lambda_i stands for l_i^2 - 2 e . d - |d|^2 with the shift d of exit point and arm of that choice. Two
-    zeros for one choice differ in it by at most 2 |d| |e - e'|.
-    """
-    apart = 0.0
-    turned = 0.0
-    for c in range(3):
-        apart += hull[3 + c, 1] - hull[3 + c, 0]
-        turned += hull[c, 1] - hull[c, 0]
-    for i in range(free.shape[0]):
-        if free[i] < 3:
-            turned += 2.0 * v[i]
-        elif free[i] < 6:
-            apart += 2.0 * v[i]
-    for i in range(free.shape[0]):
-        out[i] = v[i]
-    for j in range(model.n_taut):
-        gap = model.arm_spread[j]
-        lever = 0.0
-        for c in range(3):
-            gap += model.exit_spread[j, c]
-            lever += abs(model.arms[0, j, c])
-        if gap == 0.0 or model.lengths_sq_err[j] == 0.0:
-            continue
-        # |R(u) - R(u')| <= 2 |u - u'|.
-        share = min(2.0, 2.0 * gap * (apart + 2.0 * lever * turned) / model.lengths_sq_err[j])
-        for i in range(free.shape[0]):
-            c = free[i]
-            out[i] += share * (abs(tubes.slopes[k, c, j]) + 2.0 * tubes.rests[k, c])
-    for i in range(free.shape[0]):
-        out[i] *= 1.0 + 1e-12
-
-
 @part()
 def turn_offsets(model: Any, bench: Any, k: int, cell: Any, at: Any) -> bool:
     """Bound how far equilibria of a cell in u (width,) are from tube ``k``; False where that fails."""
@@ -159,10 +123,9 @@ def pose_offsets(model: Any, bench: Any, k: int, cell: Any, at: Any) -> bool:
 def try_around(model: Any, system: Any, bench: Any, k: int, chart: int, at: Any, reach: float) -> float:
     """Return the growth over the neighbourhood of the last offsets, kept as reach where it is below 1."""
     free, hull, tubes = system.free[chart], bench.hulls[k], bench.tubes
-    v, own = np.empty(free.shape[0]), np.empty(free.shape[0])
+    v = np.empty(free.shape[0])
     wider(model, free, at.hi, hull, bench.radii[k], reach, v)
-    with_own_data(model, tubes, k, free, v, hull, own)
-    ratio = alone_within(bench.forms, bench.symbols, model, chart, at.rows, free, own)
+    ratio = alone_within(bench.forms, bench.symbols, model, chart, at.rows, free, v)
     if ratio < 1.0:
         for i in range(free.shape[0]):
             tubes.reach[k, free[i]] = v[i]

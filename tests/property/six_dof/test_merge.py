@@ -46,7 +46,7 @@ def test_pairs_that_are_skipped_would_not_be_merged() -> None:
                 assert not np.any(np.array(inside) & ~candidates[i])
             assert 0 < candidates.sum() < candidates.size
             # One root may have a negative tension.
-            assert len(distinct([*roots, *roots], frame)) == len(distinct(roots, frame)) >= 14
+            assert len(distinct([*roots, *roots])) == len(distinct(roots)) >= 14
 
 
 def test_no_roots() -> None:
