@@ -59,7 +59,10 @@ POSE_AND_DATA = Symbols((0,) * 6, (0,) * 6)
 """As ``WHOLE_POSE``, and the lengths of up to six taut cables."""
 ALONG_DATA = Symbols((0,) * 6, (0,) * 12)
 """The lengths of up to six taut cables as what forms vary with most; offsets of the unknowns besides."""
-ALL_SYMBOLS = (ROTATION_ONLY, WHOLE_POSE, ROTATION_AND_DATA, POSE_AND_DATA, ALONG_DATA)
+ALONG_ALL_DATA = Symbols((0,) * 6, (0,) * 54)
+"""As ``ALONG_DATA``; behind the offsets six of each cable's points, three of the centre of mass and three of
+the load."""
+ALL_SYMBOLS = (ROTATION_ONLY, WHOLE_POSE, ROTATION_AND_DATA, POSE_AND_DATA, ALONG_DATA, ALONG_ALL_DATA)
 
 
 def width(symbols: Symbols) -> int:
@@ -514,6 +517,21 @@ def cross3(F: Forms, out: int, a: int, b: int, S: Symbols) -> None:
         i, j = (k + 1) % 3, (k + 2) % 3
         multiply(F, out + k, a + i, b + j, 1.0, S)
         add_product(F, out + k, a + j, b + i, -1.0, S)
+
+
+@kernel(signatures(NONE, ROW, ROW, types.float64))
+def add_slope(F: Forms, out: int, datum: int, c: float, S: Symbols) -> None:
+    """Add c delta to ``out`` for one of the symbols of data; without these c bounds an error."""
+    K, P = len(S.noise), len(S.data)
+    Q = 1 + K + K * (K + 1) // 2
+    if P > 0:
+        before = load(F, out, Q + 3 + datum)
+        new = before + c
+        store(F, out, Q + 3 + datum, new)
+        store(F, out, Q + 3 + P, data_sum(F, out, S))
+        store(F, out, Q, inflate_lanes(load(F, out, Q), abs(before) + abs(splat(c)) + abs(new), 60.0))
+    else:
+        store(F, out, Q, inflate_lanes(load(F, out, Q) + abs(splat(c)), splat(0.0), 60.0))
 
 
 @kernel(signatures(NONE, ROW, ROW, ROW, types.float64))

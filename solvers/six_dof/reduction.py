@@ -10,6 +10,7 @@ from flint import arb, arb_mat
 from numpy.typing import NDArray
 
 from cdpr_interval.exact import balls
+from cdpr_interval.exact.enclosure import enclose
 from cdpr_interval.exact.range import Range, RangeVector, difference
 from cdpr_interval.exact.vector import cross, is_zero, minus
 from cdpr_interval.mechanics.loaded import LoadedRobot
@@ -21,6 +22,8 @@ from solvers.six_dof.cells.roots import ABOUT_ROD, ABOUT_VERTICAL, GENERAL, GEOM
 from solvers.six_dof.cells.subset_search import SubsetSearch
 from solvers.six_dof.prepared import Lengths, kind_of
 from solvers.six_dof.units import METRES, Units, cells_in_metres, in_units, root_in_metres, units_of
+
+Floats = NDArray[np.float64]
 
 TEMPLATES = 512
 """Most searches kept without their lengths; a model of eight cables takes about 20 kB."""
@@ -124,8 +127,18 @@ def space_problem(
         load, exits = on_axis(load, 2), [on_axis(a, 2) for a in exits]
     lengths = unit_lengths(len(arms))
     spread = not loaded.spread.points_are_exact
-    model = build_model(exits, arms, lengths, load, len(taut), statics=statics, slack=slack, spread=spread)
+    centre = shared_sides(loaded, frame) if spread else None
+    model = build_model(
+        exits, arms, lengths, load, len(taut), statics=statics, slack=slack, spread=spread, centre=centre
+    )
     return Reduced(frame, model, reduction)
+
+
+def shared_sides(loaded: LoadedRobot, frame: Frame) -> Floats | None:
+    """Return by how much the centre of mass may move all arms, (3,); None where the frame turns them."""
+    if not frame.bounds.plain:
+        return None
+    return np.array([enclose(x.width / 2)[1] for x in loaded.centre_ranges])
 
 
 def on_axis(v: RangeVector, axis: int) -> RangeVector:

@@ -11,16 +11,16 @@ from numpy.typing import NDArray
 from cdpr_interval.engine.per_thread import per_thread
 from cdpr_interval.kernels import interval
 from cdpr_interval.kernels.lanes import LANES
-from cdpr_interval.kernels.second_order import width
+from cdpr_interval.kernels.second_order import Symbols, width
 from cdpr_interval.mechanics.loaded import LoadedRobot
 from cdpr_interval.mechanics.rotation import rotation_at
 from cdpr_interval.mechanics.six_dof.arrays import Model
 from cdpr_interval.mechanics.six_dof.fields import Cables, Fields
-from cdpr_interval.mechanics.six_dof.tube import SYMBOLS, tube
+from cdpr_interval.mechanics.six_dof.tube import tube
 from cdpr_interval.mechanics.six_dof.tube_fields import TABLE, fill_tube_fields
 from solvers.six_dof.cells.roots import GENERAL, PLANAR, Root, system_of
 from solvers.six_dof.cells.tube import Tube
-from solvers.six_dof.cells.tube_prover import forms_of_thread
+from solvers.six_dof.cells.tube_prover import forms_of_thread, symbols_of
 from solvers.six_dof.prepared import Lengths, cables_of
 from solvers.six_dof.reduction import Reduced
 from solvers.six_dof.solution import empty_fields, fields_of
@@ -67,7 +67,8 @@ def pieces(
     n, count = len(taut), len(cables.exits)
     fields = empty_fields(len(parts), n, count)
     order = np.array([*taut, *(i for i in range(count) if i not in taut)], dtype=np.int64)
-    forms = fields_forms(0)
+    symbols = symbols_of(reduced.model)
+    forms = fields_forms(symbols)
     for m, part in enumerate(parts):
         seen = with_tensions(reduced.model, part) if n == 6 else part
         if seen is None:
@@ -75,8 +76,8 @@ def pieces(
                 array[m] = np.nan
             continue
         data = (reduced.model, cables, reduced.frame.bounds)
-        tube_data = (part.chart, seen.polynomial, seen.radii)
-        fill_tube_fields(forms, SYMBOLS, *data, *tube_data, order, fields, m)
+        tube_data = (part.chart, seen.polynomial, seen.sways, seen.radii)
+        fill_tube_fields(forms, symbols, *data, *tube_data, order, fields, m)
     for j, i in enumerate(taut):
         lo, hi = lengths.bounds[i]
         for m in range(len(parts)):
@@ -97,22 +98,25 @@ def with_tensions(model: Model, part: Tube) -> Tube | None:
     z[6:] = float_tensions(model, part.chart, z)
     system = system_of(GENERAL, 6)
     C, w, hull = np.empty((12, 12)), np.empty(12), np.empty((12, 2))
-    forms = forms_of_thread(0)
+    symbols = symbols_of(model)
+    forms = forms_of_thread(symbols)
     rows, free = system.rows, np.ascontiguousarray(system.free[part.chart])
     piece = model._replace(lengths_sq=model.lengths_sq.copy(), lengths_sq_err=model.lengths_sq_err.copy())
     piece.lengths_sq[:6], piece.lengths_sq_err[:6] = part.squares, part.radii_of_squares
-    if not (np.isfinite(z).all() and tube(forms, SYMBOLS, piece, part.chart, rows, free, z, C, w, hull)):
+    if not (np.isfinite(z).all() and tube(forms, symbols, piece, part.chart, rows, free, z, C, w, hull)):
         return None
     terms = part.polynomial.shape[1]
-    found = replace(part, polynomial=forms[:12, :terms, 0].copy(), radii=w.copy())
+    last = width(symbols) - 1
+    sways = forms[:12, last - part.sways.shape[1] : last, 0].copy()
+    found = replace(part, polynomial=forms[:12, :terms, 0].copy(), sways=sways, radii=w.copy())
     return found if part.holds(found_pose(found), part.squares) else None
 
 
 def found_pose(found: Tube) -> Tube:
     """Return a tube without its tensions, to be compared with one of the pose alone."""
-    polynomial, radii = found.polynomial.copy(), found.radii.copy()
-    polynomial[6:], radii[6:] = 0.0, 0.0
-    return replace(found, polynomial=polynomial, radii=radii)
+    polynomial, sways, radii = found.polynomial.copy(), found.sways.copy(), found.radii.copy()
+    polynomial[6:], sways[6:], radii[6:] = 0.0, 0.0, 0.0
+    return replace(found, polynomial=polynomial, sways=sways, radii=radii)
 
 
 def float_tensions(model: Model, chart: int, z: Floats) -> Floats:
@@ -126,6 +130,6 @@ def float_tensions(model: Model, chart: int, z: Floats) -> Floats:
 
 
 @per_thread
-def fields_forms(_: int) -> Floats:
+def fields_forms(symbols: Symbols) -> Floats:
     """Return a thread's forms for what tubes report."""
-    return np.zeros((TABLE.height, width(SYMBOLS), LANES))
+    return np.zeros((TABLE.height, width(symbols), LANES))

@@ -28,7 +28,7 @@ FORCES = ("load", "load_err")
 LENGTHS = (
     *("exits", "exits_err", "exit_steps", "exit_steps_err"),
     *("arms", "arms_err", "arm_steps", "arm_steps_err"),
-    *("lengths", "exit_spread", "arm_spread", "gaps", "size"),
+    *("lengths", "exit_spread", "arm_spread", "gaps", "anchor_sides", "centre_sides", "size"),
 )
 """Fields of a model by their dimension."""
 
@@ -100,6 +100,7 @@ def root_in_metres(root: Root, units: Units) -> Root:
         radii, reach = np.ldexp(root.radii, exponents), np.ldexp(root.reach, exponents)
         changed |= {
             "polynomial": np.ldexp(root.polynomial, column),
+            "sways": np.ldexp(root.sways, column),
             # What underflows is moved outwards, and inwards.
             "radii": np.where(root.radii > 0.0, np.maximum(radii, 1e-300), 0.0),
             "reach": np.where(reach > 1e-290, reach, 0.0),

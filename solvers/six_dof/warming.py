@@ -48,7 +48,7 @@ def tensions_of_six(model: Model) -> None:
     system, k = system_of(GENERAL, model.n_taut), 6 + model.n_taut
     free, m = system.free[0].copy(), system.free.shape[1]
     zero, inverse, radii, hull = np.ones(k), np.empty((m, m)), np.empty(m), np.empty((k, 2))
-    tube(forms_of_thread(0), SYMBOLS, model, 0, system.rows, free, zero, inverse, radii, hull)
+    tube(forms_of_thread(SYMBOLS), SYMBOLS, model, 0, system.rows, free, zero, inverse, radii, hull)
 
 
 def points() -> None:

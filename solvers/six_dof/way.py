@@ -169,7 +169,7 @@ class _Trip:
         z, link = self.start(order, n)
         box, system = np.empty((6 + n, 2)), system_of(GENERAL, n)
         status, pieces, cable, share, step = follow(
-            forms_of_thread(0), SYMBOLS, self.way.model(order, n, self.load), self.data(order, n), self.chart,
+            forms_of_thread(SYMBOLS), SYMBOLS, self.way.model(order, n, self.load), self.data(order, n), self.chart,
             system.rows, system.free[0].copy(), self.before(order), self.after(order), self.share,
             near, link, z, box,
         )  # fmt: skip
@@ -188,7 +188,7 @@ class _Trip:
         z, link = self.start(order, n)
         here, system = self.before(order), system_of(GENERAL, n)
         status, *_ = follow(
-            forms_of_thread(0), SYMBOLS, self.way.model(order, n, self.load), self.data(order, n), self.chart,
+            forms_of_thread(SYMBOLS), SYMBOLS, self.way.model(order, n, self.load), self.data(order, n), self.chart,
             system.rows, system.free[0].copy(), here, here, 1.0, NEAR, link, z, np.empty((6 + n, 2)),
         )  # fmt: skip
         if status == TRACKED:
@@ -205,7 +205,7 @@ class _Trip:
         z, link = self.start(order, n)
         boxes = np.empty((6 + n, 2)), np.empty((6 + n, 2))
         proved, share, is_taut = cross(
-            forms_of_thread(0), SYMBOLS, self.way.model(order, n, self.load), self.data(order, n),
+            forms_of_thread(SYMBOLS), SYMBOLS, self.way.model(order, n, self.load), self.data(order, n),
             self.data(order, n - 1), self.chart, self.before(order), self.after(order), start,
             ACROSS * max(self.step, SHORTEST), was_taut, link, z, *boxes,
         )  # fmt: skip

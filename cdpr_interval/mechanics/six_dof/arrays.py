@@ -73,6 +73,10 @@ class Model(NamedTuple):
     """(N,) how far arms may be from their middles."""
     gaps: Floats
     """(N,) how far a cable's vector may be from that between the middle points."""
+    anchor_sides: Floats
+    """(N, 3) how far each arm's entries may be from their middles by its own doing,"""
+    centre_sides: Floats
+    """(3,) and by that of the centre of mass, alike for all arms; ``arm_spread`` bounds both together."""
     size: float
     """A length of the platform, by which moments are divided (only scales float work)."""
     orders: Ints
@@ -200,18 +204,22 @@ def build_model(
     statics: bool = True,
     slack: bool = True,
     spread: bool = False,
+    centre: Floats | None = None,
 ) -> Model:
     """Enclose exact data (taut cables first) in the arrays of a ``Model``.
 
     With ``spread`` the ranges of exit points and arms become spreads around their middles, else errors.
+    ``centre`` (3,) bounds the part of the arms' half widths that is the centre of mass's, the same for all.
     """
     count = len(exits)
     central = [i for i in range(n_taut) if all(r.lo == r.hi == 0 for r in arms[i])]
-    exit_spread, arm_spread = np.zeros((count, 3)), np.zeros(count)
+    exit_spread, anchor_sides, arm_spread = np.zeros((count, 3)), np.zeros((count, 3)), np.zeros(count)
+    centre_sides = np.zeros(3) if centre is None else centre
     if spread:
         exits, exit_spread = apart(exits)
         arms, half = apart(arms)
         arm_spread = norms(half)
+        anchor_sides = np.where(half > centre_sides, np.nextafter(half - centre_sides, np.inf), 0.0)
     outer = [i for i in range(n_taut) if i not in central]
     # An arm with zero in the middle of its range: the cable ends at the centre of mass for some choices.
     vague = any(all(r.lo == r.hi == 0 for r in arms[i]) for i in outer)
@@ -253,6 +261,8 @@ def build_model(
         exit_spread=exit_spread,
         arm_spread=arm_spread,
         gaps=np.asarray((norms(exit_spread) + arm_spread) * (1.0 + 1e-15)),
+        anchor_sides=anchor_sides,
+        centre_sides=centre_sides,
         size=platform_size(b[:n_taut]),
         orders=central_first(triples_by_spread(a, b, n_taut), central),
     )

@@ -28,8 +28,10 @@ from cdpr_interval.kernels.rounding import inflate_lanes
 from cdpr_interval.kernels.second_order import (
     Forms,
     Symbols,
+    add_datum,
     add_product,
     add_scaled,
+    add_slope,
     bounds,
     combine2,
     combine3,
@@ -47,6 +49,14 @@ from cdpr_interval.kernels.second_order import (
 from cdpr_interval.mechanics.six_dof.rows import DIMENSIONS, MOST_TAUT
 
 MOST_UNKNOWNS = 6 + MOST_TAUT
+EXIT_DATA = MOST_UNKNOWNS
+"""The first of the symbols of exit points, three of each cable; before them are the unknowns' offsets."""
+ARM_DATA = EXIT_DATA + 3 * MOST_TAUT
+"""Of the arms, each by its own."""
+CENTRE_DATA = ARM_DATA + 3 * MOST_TAUT
+"""Of the centre of mass, which moves all arms."""
+LOAD_DATA = CENTRE_DATA + 3
+ALL_DATA = LOAD_DATA + 3
 
 TABLE = Table()
 Z = TABLE.take("Z", MOST_UNKNOWNS)
@@ -190,13 +200,12 @@ def cable_forms(F: Forms, model: Any, chart: int, i: int, S: Symbols) -> None:
 
 @kernel()
 def excess(F: Forms, model: Any, chart: int, i: int, S: Symbols) -> Lanes:
-    """Bound s (distance^2 - length^2) of a slack cable from above, for all its lengths.
+    """Bound s (distance^2 - length^2) of a slack cable's middle points from above, for all its lengths.
 
     Needs ``rotation_forms``; overwrites ``EQUATIONS``.
     """
     cable_parts(F, model, chart, i, S)
     widen(F, SUM, splat(model.lengths_sq_err[i]), S)
-    spread_forms(F, model, i, S)
     length_equation(F, EQUATIONS, S)
     _, hi = bounds(F, EQUATIONS, S)
     return hi
@@ -223,14 +232,12 @@ def spread_forms(F: Forms, model: Any, i: int, S: Symbols) -> None:
         step += largest(F, STEP + k, S)
         u += largest(F, Z + k, S)
     shifted = model.exit_spread[i, 0] + model.exit_spread[i, 1] + model.exit_spread[i, 2]
-    square = (2.0 * step + shifted) * shifted
     length = 0.0
     for k in range(3):
         length += abs(model.arms[0, i, k])
-    square += (2.0 * length + arm) * arm
-    gap = shifted + arm
-    square += (2.0 * model.lengths[i, 1] + gap) * gap
-    widen(F, SUM, inflate_lanes(square, splat(0.0), 20.0), S)
+    # 2 q . R b, which |q|^2 + |b|^2 is more than |e|^2.
+    twice = 2.0 * (step * arm + shifted * (length + arm))
+    widen(F, SUM, inflate_lanes(twice, splat(0.0), 20.0), S)
     most = largest(F, SCALE, S)
     for k in range(3):
         widen(F, STEP + k, splat(model.exit_spread[i, k]), S)
@@ -240,12 +247,47 @@ def spread_forms(F: Forms, model: Any, i: int, S: Symbols) -> None:
 
 
 @kernel()
-def statics_forms(F: Forms, model: Any, i: int, S: Symbols) -> None:
-    """Add a cable's force and moment to the equations."""
-    n = model.n_taut
+def spread_along(F: Forms, model: Any, i: int, S: Symbols) -> None:
+    """Let a taut cable's exit point and arm vary with their own symbols, in what statics is made of."""
+    for k in range(3):
+        add_slope(F, STEP + k, EXIT_DATA + 3 * i + k, model.exit_spread[i, k], S)
+        own, shared = model.anchor_sides[i, k], model.centre_sides[k]
+        for j in range(3):
+            add_datum(F, ARM + j, ROTATION + 3 * j + k, ARM_DATA + 3 * i + k, own, S)
+            add_datum(F, ARM + j, ROTATION + 3 * j + k, CENTRE_DATA + k, shared, S)
+        turn_along(F, k, ARM_DATA + 3 * i + k, own, S)
+        turn_along(F, k, CENTRE_DATA + k, shared, S)
+
+
+@kernel()
+def turn_along(F: Forms, q: int, datum: int, side: float, S: Symbols) -> None:
+    """Let entry q of an arm vary by ``side`` with a symbol, in the derivatives of s R b by u."""
+    for m in range(3):
+        for k in range(3):
+            row = TURNING + 3 * m + k
+            if k == q:
+                add_datum(F, row, Z + m, datum, -2.0 * side, S)
+            if k == m:
+                add_datum(F, row, Z + q, datum, 2.0 * side, S)
+            if m == q:
+                add_datum(F, row, Z + k, datum, 2.0 * side, S)
+            if k != m and q == 3 - k - m:
+                # (e_m x e_q)_k
+                add_slope(F, row, datum, -2.0 * side if (k - m) % 3 == 1 else 2.0 * side, S)
+
+
+@kernel()
+def spoke_forms(F: Forms, S: Symbols) -> None:
+    """Write s q - s R b of a cable."""
     for k in range(3):
         multiply(F, SPOKE + k, SCALE, STEP + k, 1.0, S)
         combine2(F, SPOKE + k, SPOKE + k, splat(1.0), ARM + k, splat(-1.0), S)
+
+
+@kernel()
+def statics_forms(F: Forms, model: Any, i: int, S: Symbols) -> None:
+    """Add a cable's force and moment to the equations; needs ``spoke_forms``."""
+    n = model.n_taut
     cross3(F, MOMENT, ARM, STEP, S)
     for k in range(3):
         add_product(F, EQUATIONS + n + k, Z + 6 + i, SPOKE + k, 1.0, S)
@@ -253,17 +295,23 @@ def statics_forms(F: Forms, model: Any, i: int, S: Symbols) -> None:
 
 
 @kernel()
-def cable_slopes(F: Forms, model: Any, i: int, S: Symbols) -> None:
-    """Add a cable's part of the derivatives."""
-    n = model.n_taut
-    t = Z + 6 + i
-    two, minus = splat(2.0), splat(-1.0)
+def length_slopes(F: Forms, i: int, S: Symbols) -> None:
+    """Write the derivatives of a cable's length; needs ``spoke_forms``."""
     for m in range(3):
         own = derivative(i, m)
         multiply(F, own, Z + m, SUM, 1.0, S)
         dot3(F, TERM, STEP, TURNING + 3 * m, S)
-        combine2(F, own, own, two, TERM, splat(-2.0), S)
+        combine2(F, own, own, splat(2.0), TERM, splat(-2.0), S)
         scale(F, derivative(i, 3 + m), SPOKE + m, splat(-2.0), S)
+
+
+@kernel()
+def statics_slopes(F: Forms, model: Any, i: int, S: Symbols) -> None:
+    """Add a cable's part of the derivatives of statics."""
+    n = model.n_taut
+    t = Z + 6 + i
+    two, minus = splat(2.0), splat(-1.0)
+    for m in range(3):
         for k in range(3):
             multiply(F, TERM, Z + m, STEP + k, 1.0, S)
             combine2(F, TERM, TERM, two, TURNING + 3 * m + k, minus, S)
@@ -298,17 +346,36 @@ def form_system(F: Forms, model: Any, chart: int, slopes: bool, S: Symbols) -> N
     most = largest(F, SCALE, S)
     for k in range(3):
         scale(F, EQUATIONS + n + k, SCALE, splat(model.load[k]), S)
-        widen(F, EQUATIONS + n + k, inflate_lanes(most * model.load_err[k], zero, 4.0), S)
+        if len(S.data) == ALL_DATA:
+            add_datum(F, EQUATIONS + n + k, SCALE, LOAD_DATA + k, model.load_err[k], S)
+        else:
+            widen(F, EQUATIONS + n + k, inflate_lanes(most * model.load_err[k], zero, 4.0), S)
         if slopes:
             for m in range(3):
                 row = derivative(n + k, m)
                 scale(F, row, Z + m, splat(2.0 * model.load[k]), S)
-                error = 2.0 * model.load_err[k] * largest(F, Z + m, S)
-                widen(F, row, inflate_lanes(error, magnitude(F, row, S), 4.0), S)
+                if len(S.data) == ALL_DATA:
+                    add_datum(F, row, Z + m, LOAD_DATA + k, 2.0 * model.load_err[k], S)
+                else:
+                    error = 2.0 * model.load_err[k] * largest(F, Z + m, S)
+                    widen(F, row, inflate_lanes(error, magnitude(F, row, S), 4.0), S)
     for i in range(n):
         cable_forms(F, model, chart, i, S)
         turning_forms(F, model, chart, i, S)
-        spread_forms(F, model, i, S)
+        if len(S.data) == ALL_DATA:
+            if slopes:
+                spread_forms(F, model, i, S)
+                spoke_forms(F, S)
+                length_slopes(F, i, S)
+                cable_parts(F, model, chart, i, S)
+                turning_forms(F, model, chart, i, S)
+            spread_along(F, model, i, S)
+            spoke_forms(F, S)
+        else:
+            spread_forms(F, model, i, S)
+            spoke_forms(F, S)
+            if slopes:
+                length_slopes(F, i, S)
         statics_forms(F, model, i, S)
         if slopes:
-            cable_slopes(F, model, i, S)
+            statics_slopes(F, model, i, S)

@@ -42,6 +42,7 @@ from cdpr_interval.kernels.kernel import entry, kernel
 from cdpr_interval.kernels.lanes import splat, store
 from cdpr_interval.kernels.rounding import down, up
 from cdpr_interval.kernels.second_order import (
+    ALONG_ALL_DATA,
     ALONG_DATA,
     Forms,
     Symbols,
@@ -71,7 +72,9 @@ TAUT_ONE = TABLE.take("TAUT_ONE", MOST_UNKNOWNS)
 SLACK_ONE = TABLE.take("SLACK_ONE", MOST_UNKNOWNS)
 """Polynomials kept for later: of the system with a cable's length, and of that with its tension 0."""
 SYMBOLS = ALONG_DATA
-"""The symbols of all forms here."""
+"""The symbols of forms where points and load are exact,"""
+ALL_SYMBOLS = ALONG_ALL_DATA
+"""and where they are not: z~ has slopes in these, too."""
 NONE = -1
 """No cable."""
 LANE = 0
@@ -139,11 +142,11 @@ def evaluate(
 
 @kernel(signatures(types.void, types.int64))
 def as_polynomial(F: Forms, row: int, S: Symbols) -> None:
-    """Take a row's coefficients in the symbols of lengths for exact: it is what they say."""
-    K, P = len(S.noise), len(S.data)
+    """Take a row's coefficients in the symbols of the data for exact: it is what they say."""
+    K = len(S.noise)
     Q = 1 + K + K * (K + 1) // 2
     store(F, row, Q, 0.0)
-    for offset in range(P):
+    for offset in range(MOST_UNKNOWNS):
         store(F, row, Q + 3 + offset, 0.0)
     close(F, row, S)
 
@@ -170,13 +173,16 @@ def middle_slopes(F: Forms, column: int, m: int, out: Any) -> None:
 @kernel()
 def inverse_forms(F: Forms, C: Any, n: int, part: Any, S: Symbols) -> None:
     """Write C(delta) = C - sum C J_k C delta_k; ``part`` (m, m, 2) is scratch."""
-    m = C.shape[0]
+    m, K = C.shape[0], len(S.noise)
     half = np.empty((m, m))
     for i in range(m):
         for j in range(m):
             constant(F, INVERSE + place(i, j), splat(C[i, j]), splat(0.0), S)
-    for symbol in range(n):
-        middle_slopes(F, 1 + symbol, m, part)
+    for symbol in range(K + len(S.data)):
+        if n <= symbol < K + MOST_UNKNOWNS:
+            continue
+        column = slope_column(symbol, S)
+        middle_slopes(F, column, m, part)
         for i in range(m):
             for j in range(m):
                 total = 0.0
@@ -188,7 +194,7 @@ def inverse_forms(F: Forms, C: Any, n: int, part: Any, S: Symbols) -> None:
                 total = 0.0
                 for k in range(m):
                     total -= C[i, k] * half[k, j]
-                store(F, INVERSE + place(i, j), 1 + symbol, total)
+                store(F, INVERSE + place(i, j), column, total)
     for i in range(m):
         for j in range(m):
             close(F, INVERSE + place(i, j), S)

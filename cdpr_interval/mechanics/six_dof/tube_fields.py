@@ -1,7 +1,8 @@
 """What the poses of a tube report, as forms along the tube: bounds near the true reach of the data.
 
 Arrays, for n taut of N cables: ``F`` (rows, columns of a form, LANES) forms with the rows of ``TABLE``, of
-which only the first lane is looked at; ``polynomial`` (6 + n, terms), ``radii`` (6 + n,) a tube's; ``frame``
+which only the first lane is looked at; ``polynomial`` (6 + n, terms), ``sways`` (6 + n, symbols of points and
+load), ``radii`` (6 + n,) a tube's; ``frame``
 is a ``fields.FrameBounds``, ``model`` is an ``arrays.Model``; bounds ``b`` (2,), ``M`` (3, 3, 2).
 """
 
@@ -19,6 +20,7 @@ from cdpr_interval.kernels.rounding import down_lanes, inflate_lanes, up_lanes
 from cdpr_interval.kernels.second_order import (
     Forms,
     Symbols,
+    add_datum,
     add_scaled,
     bounds,
     close,
@@ -33,8 +35,19 @@ from cdpr_interval.kernels.second_order import (
     signatures,
     widen,
 )
+from cdpr_interval.mechanics.rotation import HALF_TURNS
 from cdpr_interval.mechanics.six_dof import form_system as base
-from cdpr_interval.mechanics.six_dof.form_system import ROTATION, SCALE, TERM, Z, rotation_forms, shift
+from cdpr_interval.mechanics.six_dof.form_system import (
+    ALL_DATA,
+    CENTRE_DATA,
+    MOST_UNKNOWNS,
+    ROTATION,
+    SCALE,
+    TERM,
+    Z,
+    rotation_forms,
+    shift,
+)
 
 TABLE = Table(base.TABLE.ranges)
 INVERSE = TABLE.take("INVERSE")
@@ -76,7 +89,7 @@ def invert(F: Forms, out: int, a: int, S: Symbols) -> None:
 
 
 @kernel()
-def place_tube(F: Forms, polynomial: Any, radii: Any, S: Symbols) -> None:
+def place_tube(F: Forms, polynomial: Any, sways: Any, radii: Any, S: Symbols) -> None:
     """Write a tube to the unknowns Z, its box as errors."""
     K = len(S.noise)
     Q = 1 + K + K * (K + 1) // 2
@@ -84,6 +97,8 @@ def place_tube(F: Forms, polynomial: Any, radii: Any, S: Symbols) -> None:
         constant(F, Z + c, splat(polynomial[c, 0]), splat(radii[c]), S)
         for q in range(Q):
             store(F, Z + c, q, splat(polynomial[c, q]))
+        for q in range(sways.shape[1]):
+            store(F, Z + c, Q + 3 + MOST_UNKNOWNS + q, splat(sways[c, q]))
         close(F, Z + c, S)
 
 
@@ -187,6 +202,7 @@ def fill_tube_fields(
     frame: Any,
     chart: int,
     polynomial: Any,
+    sways: Any,
     radii: Any,
     order: Any,
     fields: Any,
@@ -203,7 +219,7 @@ def fill_tube_fields(
     fields
         ``Fields``, written but for tensions and verdict; distances are those of the middle points.
     """
-    place_tube(F, polynomial, radii, S)
+    place_tube(F, polynomial, sways, radii, S)
     rotation_forms(F, S)
     robot_rotation(F, chart, frame, S)
     robot_centre(F, frame, S)
@@ -214,10 +230,18 @@ def fill_tube_fields(
             fields.rotation[m, i, j, 0] = max(fields.rotation[m, i, j, 0], -1.0)
             fields.rotation[m, i, j, 1] = min(fields.rotation[m, i, j, 1], 1.0)
         off, c = 0.0, cables.centre
+        along = len(S.data) == ALL_DATA and frame.plain
         for k in range(3):
-            off += error_of(c[k, 0])
+            # Of a range: what moves the arms moves the origin, too.
+            off += error_of(c[k, 0]) - (model.centre_sides[k] if along else 0.0)
+        off = max(off, 0.0)
         g0, g1, g2 = splat(middle(c[0, 0])), splat(middle(c[1, 0])), splat(middle(c[2, 0]))
         combine3(F, PLACE + i, OWN + 3 * i, g0, g1, g2, splat(1.01 * off), S)
+        if along:
+            for k in range(3):
+                # The arms' entries in the chart grow by the side, times a symbol: the centre's shrink.
+                turned = HALF_TURNS[chart, k] * model.centre_sides[k]
+                add_datum(F, PLACE + i, OWN + 3 * i + k, CENTRE_DATA + k, -turned, S)
         combine2(F, PLACE + i, CENTRE + i, splat(1.0), PLACE + i, minus, S)
         write_bounds(F, PLACE + i, fields.position[m, i], S)
     up, off = cables.up[0], 0.0

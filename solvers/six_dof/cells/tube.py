@@ -19,7 +19,8 @@ class Tube(Root):
 
     ``box`` bounds all its zeros, ``core`` the zero at the middle of the data; ``unique`` is what is within
     reach there. Two tubes that share a zero for one choice share it for all: zeros move continuously with the
-    data, and none leaves its tube.
+    data, and none leaves its tube. Where points or load have ranges the lengths are distances of the middle
+    points (see ``mechanics.six_dof.tube``), and a choice of lengths here is one with the middle points.
     """
 
     squares: Floats
@@ -28,6 +29,8 @@ class Tube(Root):
     """(n,)."""
     polynomial: Floats
     """(6 + n, TERMS) coefficients in the order of ``second_order``."""
+    sways: Floats
+    """(6 + n, k) its slopes in the symbols of points and load, where these have ranges; else k = 0."""
     radii: Floats
     """(6 + n,) of the box around the polynomial in which the zero lies."""
     reach: Floats
@@ -69,8 +72,9 @@ class Tube(Root):
 
     @property
     def rests(self) -> Floats:
-        """(6 + n,) bounds of its terms of second order."""
-        return np.abs(self.polynomial[:, 1 + MOST_TAUT :]).sum(axis=1) * (1.0 + 1e-14)
+        """(6 + n,) bounds of its terms of second order, and of those in points and load."""
+        second = np.abs(self.polynomial[:, 1 + MOST_TAUT :]).sum(axis=1)
+        return np.asarray((second + np.abs(self.sways).sum(axis=1)) * (1.0 + 1e-14))
 
 
 @dataclass(frozen=True, eq=False)

@@ -10,10 +10,11 @@ from numpy.typing import NDArray
 
 from cdpr_interval.engine.per_thread import per_thread
 from cdpr_interval.kernels.lanes import LANES
-from cdpr_interval.kernels.second_order import width
+from cdpr_interval.kernels.second_order import Symbols, width
 from cdpr_interval.mechanics.six_dof.arrays import Model
+from cdpr_interval.mechanics.six_dof.form_system import MOST_UNKNOWNS
 from cdpr_interval.mechanics.six_dof.rows import MOST_TAUT
-from cdpr_interval.mechanics.six_dof.tube import SYMBOLS, TABLE
+from cdpr_interval.mechanics.six_dof.tube import ALL_SYMBOLS, SYMBOLS, TABLE
 from solvers.six_dof.cells.kinds import RANGED_POSE_CELLS, RANGED_ROTATION_CELLS, CellKind
 from solvers.six_dof.cells.root_search import MOST_STARTS
 from solvers.six_dof.cells.roots import Prover, Reduction, Root
@@ -34,11 +35,14 @@ def prover_of(model: Model, reduction: Reduction) -> Prover:
 
 def has_ranges(model: Model) -> bool:
     """Return whether a datum of the taut cables has a range, by more than the rounding of one number."""
-    n = model.n_taut
-    lengths = model.lengths[:n]
+    lengths = model.lengths[: model.n_taut]
+    return has_spread(model) or bool((lengths[:, 1] - lengths[:, 0] > ROUNDING * lengths[:, 1]).any())
+
+
+def has_spread(model: Model) -> bool:
+    """Return whether points or load have a range, by more than the rounding of one number."""
     force = np.abs(model.load).max()
-    spread = bool(model.gaps[:n].any() or (model.load_err > ROUNDING * force).any())
-    return spread or bool((lengths[:, 1] - lengths[:, 0] > ROUNDING * lengths[:, 1]).any())
+    return bool(model.gaps[: model.n_taut].any() or (model.load_err > ROUNDING * force).any())
 
 
 class TubeProver(Prover):
@@ -75,10 +79,11 @@ class TubeProver(Prover):
         return TubeBench(
             turn.scratch(),
             pose.scratch(),
-            SYMBOLS,
-            forms_of_thread(0),
+            symbols_of(self.model),
+            forms_of_thread(symbols_of(self.model)),
             self.tubes(roots, room),
             np.empty((room, k, TERMS)),
+            np.empty((room, k, len(symbols_of(self.model).data) - MOST_UNKNOWNS)),
             np.empty((room, k)),
             np.empty((room, k, 2)),
         )
@@ -87,6 +92,7 @@ class TubeProver(Prover):
         """Return the tube in row ``k``."""
         n = self.model.n_taut
         polynomial, radii, reach = (x[k].copy() for x in (bench.polynomials, bench.radii, bench.tubes.reach))
+        sways = bench.sways[k].copy()
         middle = polynomial[:, 0]
         return Tube(
             chart=int(bench.tubes.charts[k]),
@@ -96,12 +102,18 @@ class TubeProver(Prover):
             squares=self.model.lengths_sq[:n].copy(),
             radii_of_squares=self.model.lengths_sq_err[:n].copy(),
             polynomial=polynomial,
+            sways=sways,
             radii=radii,
             reach=reach,
         )
 
 
+def symbols_of(model: Model) -> Symbols:
+    """Return the symbols along which a model's tubes are proved."""
+    return ALL_SYMBOLS if has_spread(model) else SYMBOLS
+
+
 @per_thread
-def forms_of_thread(_: int) -> Floats:
+def forms_of_thread(symbols: Symbols) -> Floats:
     """Return a thread's forms for tubes."""
-    return np.zeros((TABLE.height, width(SYMBOLS), LANES))
+    return np.zeros((TABLE.height, width(symbols), LANES))

@@ -51,6 +51,8 @@ class TubeBench(NamedTuple):
     """The tubes known, as cells see them; those found are appended."""
     polynomials: Floats
     """(capacity, 6 + n, TERMS) coefficients in the order of ``second_order``."""
+    sways: Floats
+    """(capacity, 6 + n, most symbols) their slopes in the symbols of points and load."""
     radii: Floats
     """(capacity, 6 + n) of the boxes around them."""
     hulls: Floats
@@ -73,7 +75,8 @@ def same_zero(bench: Any, count: int, chart: int, z: Any) -> bool:
 @kernel()
 def keep_tube(bench: Any, k: int, chart: int, free: Any, w: Any) -> None:
     """Write the tube that stands in the forms as tube ``k``, without its reach."""
-    F, tubes = bench.forms, bench.tubes
+    F, tubes, count = bench.forms, bench.tubes, bench.sways.shape[2]
+    last = bench.forms.shape[1] - 1
     tubes.charts[k] = chart
     for c in range(bench.hulls.shape[1]):
         bench.radii[k, c] = 0.0
@@ -82,6 +85,10 @@ def keep_tube(bench: Any, k: int, chart: int, free: Any, w: Any) -> None:
         rest = 0.0
         for q in range(SLOPES, TERMS):
             rest += abs(bench.polynomials[k, c, q])
+        for q in range(count):
+            # The last columns but that of their sum.
+            bench.sways[k, c, q] = F[Z + c, last - count + q, LANE]
+            rest += abs(bench.sways[k, c, q])
         tubes.centres[k, c] = bench.polynomials[k, c, 0]
         tubes.rests[k, c] = rest * (1.0 + 1e-14)
         for q in range(MOST_TAUT):
