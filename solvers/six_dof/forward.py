@@ -15,6 +15,7 @@ from cdpr_interval.mechanics.six_dof.frame import Pose
 from solvers.answers.data import Answer, CableState, Outcome, Solution, StopReason, SubsetReport, Undecided
 from solvers.questions.problem import Options, Problem, Progress
 from solvers.six_dof.cells.halves import cut_lengths
+from solvers.six_dof.cells.own_tubes import add_own_tubes
 from solvers.six_dof.cells.roots import Root, lies_in, pose_of
 from solvers.six_dof.cells.subset_search import SubsetSearch
 from solvers.six_dof.clusters import anywhere, clusters
@@ -190,6 +191,8 @@ class Run:
         if parts is None:
             subset.solve()
             cut_lengths(subset)
+            if reduced.own is not None:
+                add_own_tubes(subset, reduced.own)
         else:
             put_together(subset, reduced, parts)
         reduced = reduced.in_metres(subset)

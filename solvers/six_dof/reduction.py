@@ -38,6 +38,8 @@ class Reduced:
     reduction: Reduction
     units: Units = METRES
     """Of the model."""
+    own: Model | None = None
+    """The same with the cables' own lengths, where points have ranges; in the same units."""
 
     def in_metres(self, search: SubsetSearch) -> Reduced:
         """Bring what a search of the model found to m and N; return the model in these."""
@@ -46,8 +48,9 @@ class Reduced:
         search.roots = [root_in_metres(root, self.units) for root in search.roots]
         search.undecided_position = cells_in_metres(search.undecided_position, self.units)
         model = in_units(self.model, self.units.inverse)
+        own = None if self.own is None else in_units(self.own, self.units.inverse)
         assert model is not None  # it came from there
-        return replace(self, model=model, units=METRES)
+        return replace(self, model=model, own=own, units=METRES)
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,16 +64,19 @@ class Template:
 
     def with_lengths(self, lengths: Lengths) -> Reduced:
         """Return the search for these lengths, in units near the platform's size where that is exact."""
-        own = tuple(array[self.cables] for array in lengths)
-        if self.reduced.model.gaps.any():
-            own = longer_and_shorter(own[0], self.reduced.model.gaps)
-        bounds, squares, errors = own
+        bounds, squares, errors = (array[self.cables] for array in lengths)
         model = self.reduced.model._replace(lengths=bounds, lengths_sq=squares, lengths_sq_err=errors)
-        units = self.reduced.units
+        own = None
+        if model.gaps.any():
+            own = model._replace(own_points=True)
+            bounds, squares, errors = longer_and_shorter(bounds, model.gaps)
+            model = model._replace(lengths=bounds, lengths_sq=squares, lengths_sq_err=errors)
+        frame, reduction, units = self.reduced.frame, self.reduced.reduction, self.reduced.units
         moved = in_units(model, units) if units else None
-        if moved is None:
-            return Reduced(self.reduced.frame, model, self.reduced.reduction)
-        return Reduced(self.reduced.frame, moved, self.reduced.reduction, units)
+        moved_own = None if own is None or moved is None else in_units(own, units)
+        if moved is None or (own is not None and moved_own is None):
+            return Reduced(frame, model, reduction, own=own)
+        return Reduced(frame, moved, reduction, units, moved_own)
 
 
 def reduced_problems(

@@ -16,10 +16,12 @@ from cdpr_interval.mechanics.loaded import LoadedRobot
 from cdpr_interval.mechanics.rotation import rotation_at
 from cdpr_interval.mechanics.six_dof.arrays import Model
 from cdpr_interval.mechanics.six_dof.fields import Cables, Fields
+from cdpr_interval.mechanics.six_dof.rows import MOST_TAUT
 from cdpr_interval.mechanics.six_dof.tube import tube
 from cdpr_interval.mechanics.six_dof.tube_fields import TABLE, fill_tube_fields
+from solvers.six_dof.cells.own_tubes import own_tube
 from solvers.six_dof.cells.roots import GENERAL, PLANAR, Root, system_of
-from solvers.six_dof.cells.tube import Tube
+from solvers.six_dof.cells.tube import GluedTube, Tube
 from solvers.six_dof.cells.tube_prover import forms_of_thread, symbols_of
 from solvers.six_dof.prepared import Lengths, cables_of
 from solvers.six_dof.reduction import Reduced
@@ -38,18 +40,20 @@ def tube_fields(
     lengths' first ones, and regular along the tube, so that its inertia does not change. That of a planar
     search says nothing of motions out of its plane: there all data are looked at.
     """
-    parts = [part for root in roots for part in root.parts]
+    reported = [along_own_lengths(reduced, root) or root.parts for root in roots]
+    parts = [part for own in reported for part in own]
     each = pieces(cables_of(loaded), lengths, taut, reduced, parts)
     fields = empty_fields(len(roots), len(taut), len(lengths.bounds))
     first = 0
-    for m, root in enumerate(roots):
-        last = first + len(root.parts)
+    for m, own in enumerate(reported):
+        last = first + len(own)
         for whole, piece in zip(fields[:-1], each[:-1], strict=True):
             whole[m, ..., 0] = piece[first:last, ..., 0].min(axis=0)
             whole[m, ..., 1] = piece[first:last, ..., 1].max(axis=0)
         first = last
     planar = reduced.reduction is PLANAR
-    seen = roots if planar else [replace_box(root) for root in roots]
+    alone = [own[0] if len(own) == 1 else root for own, root in zip(reported, roots, strict=True)]
+    seen = alone if planar else [replace_box(root) for root in alone]
     cables = cables_of(loaded if planar else loaded.middle)
     fields.verdicts[:] = fields_of(cables, lengths, taut, reduced.frame, seen).verdicts
     return fields
@@ -58,6 +62,26 @@ def tube_fields(
 def replace_box(root: Root) -> Root:
     """Return a root that stands for the zero at the middle of the data."""
     return Root(root.chart, root.core, root.unique, root.core)
+
+
+def along_own_lengths(reduced: Reduced, root: Root) -> tuple[Tube, ...]:
+    """Return the narrower tube along the cables' own lengths, if there is one and it is the root's.
+
+    Both have one zero for every choice, which moves continuously with it: the same one, if it is for one.
+    """
+    if reduced.own is None or not isinstance(root, Tube | GluedTube):
+        return ()
+    n = reduced.own.n_taut
+    squares = reduced.own.lengths_sq[:n]
+    z, part = root.zero_at(squares)
+    reduction = reduced.reduction
+    if n == MOST_TAUT:
+        z = z.copy()
+        z[6:], reduction = float_tensions(reduced.own, root.chart, z), GENERAL
+    found = own_tube(reduced.own, reduction, root.chart, z)
+    if found is None or not part.holds(found_pose(found) if n == MOST_TAUT else found, squares):
+        return ()
+    return (found,)
 
 
 def pieces(
@@ -70,7 +94,9 @@ def pieces(
     symbols = symbols_of(reduced.model)
     forms = fields_forms(symbols)
     for m, part in enumerate(parts):
-        seen = with_tensions(reduced.model, part) if n == 6 else part
+        # One along the own lengths has them.
+        with_them = n < MOST_TAUT or part.reach[6:].any()
+        seen = part if with_them else with_tensions(reduced.model, part)
         if seen is None:
             for array in fields[:-1]:
                 array[m] = np.nan
@@ -101,7 +127,8 @@ def with_tensions(model: Model, part: Tube) -> Tube | None:
     symbols = symbols_of(model)
     forms = forms_of_thread(symbols)
     rows, free = system.rows, np.ascontiguousarray(system.free[part.chart])
-    piece = model._replace(lengths_sq=model.lengths_sq.copy(), lengths_sq_err=model.lengths_sq_err.copy())
+    squares, errors = model.lengths_sq.copy(), model.lengths_sq_err.copy()
+    piece = model._replace(lengths_sq=squares, lengths_sq_err=errors, own_points=part.own_points)
     piece.lengths_sq[:6], piece.lengths_sq_err[:6] = part.squares, part.radii_of_squares
     if not (np.isfinite(z).all() and tube(forms, symbols, piece, part.chart, rows, free, z, C, w, hull)):
         return None

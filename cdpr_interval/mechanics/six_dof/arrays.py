@@ -77,6 +77,8 @@ class Model(NamedTuple):
     """(N, 3) how far each arm's entries may be from their middles by its own doing,"""
     centre_sides: Floats
     """(3,) and by that of the centre of mass, alike for all arms; ``arm_spread`` bounds both together."""
+    own_points: bool
+    """``lengths`` are the cables' own, between the points of each choice; only for tubes."""
     size: float
     """A length of the platform, by which moments are divided (only scales float work)."""
     orders: Ints
@@ -263,6 +265,7 @@ def build_model(
         gaps=np.asarray((norms(exit_spread) + arm_spread) * (1.0 + 1e-15)),
         anchor_sides=anchor_sides,
         centre_sides=centre_sides,
+        own_points=False,
         size=platform_size(b[:n_taut]),
         orders=central_first(triples_by_spread(a, b, n_taut), central),
     )

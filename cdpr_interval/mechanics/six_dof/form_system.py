@@ -181,6 +181,23 @@ def cable_parts(F: Forms, model: Any, chart: int, i: int, S: Symbols) -> None:
 
 
 @kernel()
+def sum_along(F: Forms, model: Any, chart: int, i: int, S: Symbols) -> None:
+    """Write |q|^2 + |b|^2 - lambda of a cable once more where its points vary with symbols of their own."""
+    square, error = 0.0, 0.0
+    dot3(F, SUM, STEP, STEP, S)
+    for k in range(3):
+        b, e = model.arms[chart, i, k], model.arms_err[i, k]
+        own, shared = model.anchor_sides[i, k], model.centre_sides[k]
+        side = own + shared
+        square += b * b
+        error += 2.0 * (abs(b) + side) * e + e * e + 1e-15 * b * b + side * side
+        add_slope(F, SUM, ARM_DATA + 3 * i + k, 2.0 * b * own, S)
+        add_slope(F, SUM, CENTRE_DATA + k, 2.0 * b * shared, S)
+    off = 2.0 * error + 1e-15 * (square + model.lengths_sq[i])
+    shift(F, SUM, square - model.lengths_sq[i], off, S)
+
+
+@kernel()
 def length_equation(F: Forms, out: int, S: Symbols) -> None:
     """Write s (|q|^2 + |b|^2 - lambda) - 2 q . s R b of a cable: s times what its distance exceeds."""
     multiply(F, out, SCALE, SUM, 1.0, S)
@@ -189,9 +206,8 @@ def length_equation(F: Forms, out: int, S: Symbols) -> None:
 
 
 @kernel()
-def cable_forms(F: Forms, model: Any, chart: int, i: int, S: Symbols) -> None:
-    """Write what the equations and derivatives of a taut cable are made of, and its length's equation."""
-    cable_parts(F, model, chart, i, S)
+def vary_length(F: Forms, model: Any, i: int, S: Symbols) -> None:
+    """Let lambda of a taut cable vary with its symbol, and write its length's equation."""
     slope = load(F, SUM, 1 + i) - model.lengths_sq_err[i]
     store(F, SUM, 1 + i, slope)
     add_to_sum(F, SUM, abs(slope) + model.lengths_sq_err[i], S)
@@ -329,6 +345,50 @@ def statics_slopes(F: Forms, model: Any, i: int, S: Symbols) -> None:
 
 
 @kernel()
+def cable_forms(F: Forms, model: Any, chart: int, i: int, slopes: bool, S: Symbols) -> None:
+    """Write a taut cable's length and derivatives, and what statics needs; points are off by the spreads."""
+    cable_parts(F, model, chart, i, S)
+    vary_length(F, model, i, S)
+    turning_forms(F, model, chart, i, S)
+    spread_forms(F, model, i, S)
+    spoke_forms(F, S)
+    if slopes:
+        length_slopes(F, i, S)
+
+
+@kernel()
+def cable_along(F: Forms, model: Any, chart: int, i: int, slopes: bool, S: Symbols) -> None:
+    """Write the same where points vary with symbols, lengths being those between each choice's points."""
+    cable_parts(F, model, chart, i, S)
+    turning_forms(F, model, chart, i, S)
+    spread_along(F, model, i, S)
+    sum_along(F, model, chart, i, S)
+    vary_length(F, model, i, S)
+    spoke_forms(F, S)
+    if slopes:
+        length_slopes(F, i, S)
+
+
+@kernel()
+def cable_with_middles(F: Forms, model: Any, chart: int, i: int, slopes: bool, S: Symbols) -> None:
+    """Write the same where points vary with symbols, lengths being those between the middle points.
+
+    Derivatives of lengths are off by the spreads: those between the middle points and those of every choice.
+    """
+    cable_parts(F, model, chart, i, S)
+    vary_length(F, model, i, S)
+    if slopes:
+        turning_forms(F, model, chart, i, S)
+        spread_forms(F, model, i, S)
+        spoke_forms(F, S)
+        length_slopes(F, i, S)
+        cable_parts(F, model, chart, i, S)
+    turning_forms(F, model, chart, i, S)
+    spread_along(F, model, i, S)
+    spoke_forms(F, S)
+
+
+@kernel()
 def form_system(F: Forms, model: Any, chart: int, slopes: bool, S: Symbols) -> None:
     """Write the n + 6 equations at the unknowns Z, and with ``slopes`` their derivatives.
 
@@ -360,22 +420,12 @@ def form_system(F: Forms, model: Any, chart: int, slopes: bool, S: Symbols) -> N
                     error = 2.0 * model.load_err[k] * largest(F, Z + m, S)
                     widen(F, row, inflate_lanes(error, magnitude(F, row, S), 4.0), S)
     for i in range(n):
-        cable_forms(F, model, chart, i, S)
-        turning_forms(F, model, chart, i, S)
-        if len(S.data) == ALL_DATA:
-            if slopes:
-                spread_forms(F, model, i, S)
-                spoke_forms(F, S)
-                length_slopes(F, i, S)
-                cable_parts(F, model, chart, i, S)
-                turning_forms(F, model, chart, i, S)
-            spread_along(F, model, i, S)
-            spoke_forms(F, S)
+        if len(S.data) < ALL_DATA:
+            cable_forms(F, model, chart, i, slopes, S)
+        elif model.own_points:
+            cable_along(F, model, chart, i, slopes, S)
         else:
-            spread_forms(F, model, i, S)
-            spoke_forms(F, S)
-            if slopes:
-                length_slopes(F, i, S)
+            cable_with_middles(F, model, chart, i, slopes, S)
         statics_forms(F, model, i, S)
         if slopes:
             statics_slopes(F, model, i, S)

@@ -20,7 +20,8 @@ class Tube(Root):
     ``box`` bounds all its zeros, ``core`` the zero at the middle of the data; ``unique`` is what is within
     reach there. Two tubes that share a zero for one choice share it for all: zeros move continuously with the
     data, and none leaves its tube. Where points or load have ranges the lengths are distances of the middle
-    points (see ``mechanics.six_dof.tube``), and a choice of lengths here is one with the middle points.
+    points (see ``mechanics.six_dof.tube``) but with ``own_points``, and a choice of lengths here is one with the
+    middle points.
     """
 
     squares: Floats
@@ -35,6 +36,8 @@ class Tube(Root):
     """(6 + n,) of the box around the polynomial in which the zero lies."""
     reach: Floats
     """(6 + n,) of the one in which no other zero lies."""
+    own_points: bool = False
+    """The lengths are those between the points of each choice."""
 
     @property
     def parts(self) -> tuple[Tube, ...]:
