@@ -73,7 +73,7 @@ def classify(
     holding = [k for k, t in enumerate(densities) if t > 0]
     rows = constraint_rows([spokes[k] for k in holding], [arms[k] for k in holding])
     rows += [balls.entries(m) for m in family_motions]
-    if not rows:
+    if not rows or not all(x.is_finite() for row in (*rows, form.entries()) for x in row):
         return Stability.UNDECIDED
     try:
         reduced = on_kernel(form, arb_mat(rows))

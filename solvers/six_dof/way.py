@@ -169,8 +169,8 @@ class _Trip:
         z, link = self.start(order, n)
         box, system = np.empty((6 + n, 2)), system_of(GENERAL, n)
         status, pieces, cable, share, step = follow(
-            forms_of_thread(SYMBOLS), SYMBOLS, self.way.model(order, n, self.load), self.data(order, n), self.chart,
-            system.rows, system.free[0].copy(), self.before(order), self.after(order), self.share,
+            forms_of_thread(SYMBOLS), SYMBOLS, self.way.model(order, n, self.load), self.data(order, n),
+            self.chart, system.rows, system.free[0].copy(), self.before(order), self.after(order), self.share,
             near, link, z, box,
         )  # fmt: skip
         self.pieces += pieces
@@ -188,8 +188,8 @@ class _Trip:
         z, link = self.start(order, n)
         here, system = self.before(order), system_of(GENERAL, n)
         status, *_ = follow(
-            forms_of_thread(SYMBOLS), SYMBOLS, self.way.model(order, n, self.load), self.data(order, n), self.chart,
-            system.rows, system.free[0].copy(), here, here, 1.0, NEAR, link, z, np.empty((6 + n, 2)),
+            forms_of_thread(SYMBOLS), SYMBOLS, self.way.model(order, n, self.load), self.data(order, n),
+            self.chart, system.rows, system.free[0].copy(), here, here, 1.0, NEAR, link, z, np.empty((6 + n, 2)),
         )  # fmt: skip
         if status == TRACKED:
             self.arrive(order[:n], z, link)

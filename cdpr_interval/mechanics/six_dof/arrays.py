@@ -195,6 +195,29 @@ def central_first(orders: Ints, central: list[int]) -> Ints:
     return np.array(turned, dtype=np.int64)
 
 
+def spread_apart(
+    exits: list[RangeVector], arms: list[RangeVector], spread: bool, centre: Floats | None
+) -> tuple[list[RangeVector], list[RangeVector], dict[str, Floats]]:
+    """Return exit points and arms, and the fields of a model that say how far they may be from them.
+
+    See ``build_model``.
+    """
+    exit_spread, half = np.zeros((len(exits), 3)), np.zeros((len(arms), 3))
+    if spread:
+        exits, exit_spread = apart(exits)
+        arms, half = apart(arms)
+    arm_spread = norms(half)
+    shared = np.zeros(3) if centre is None else centre
+    fields = {
+        "exit_spread": exit_spread,
+        "arm_spread": arm_spread,
+        "gaps": np.asarray((norms(exit_spread) + arm_spread) * (1.0 + 1e-15)),
+        "anchor_sides": np.where(half > shared, np.nextafter(half - shared, np.inf), 0.0),
+        "centre_sides": shared,
+    }
+    return exits, arms, fields
+
+
 def build_model(
     exits: list[RangeVector],
     arms: list[RangeVector],
@@ -215,13 +238,7 @@ def build_model(
     """
     count = len(exits)
     central = [i for i in range(n_taut) if all(r.lo == r.hi == 0 for r in arms[i])]
-    exit_spread, anchor_sides, arm_spread = np.zeros((count, 3)), np.zeros((count, 3)), np.zeros(count)
-    centre_sides = np.zeros(3) if centre is None else centre
-    if spread:
-        exits, exit_spread = apart(exits)
-        arms, half = apart(arms)
-        arm_spread = norms(half)
-        anchor_sides = np.where(half > centre_sides, np.nextafter(half - centre_sides, np.inf), 0.0)
+    exits, arms, spreads = spread_apart(exits, arms, spread, centre)
     outer = [i for i in range(n_taut) if i not in central]
     # An arm with zero in the middle of its range: the cable ends at the centre of mass for some choices.
     vague = any(all(r.lo == r.hi == 0 for r in arms[i]) for i in outer)
@@ -260,11 +277,7 @@ def build_model(
         lengths_sq_err=l_sq_err,
         load=f,
         load_err=f_err,
-        exit_spread=exit_spread,
-        arm_spread=arm_spread,
-        gaps=np.asarray((norms(exit_spread) + arm_spread) * (1.0 + 1e-15)),
-        anchor_sides=anchor_sides,
-        centre_sides=centre_sides,
+        **spreads,
         own_points=False,
         size=platform_size(b[:n_taut]),
         orders=central_first(triples_by_spread(a, b, n_taut), central),

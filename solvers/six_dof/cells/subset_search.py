@@ -21,7 +21,7 @@ from cdpr_interval.mechanics.six_dof.arrays import Model
 from solvers.six_dof.cells.columns import POSE_COLUMNS, ROTATION_COLUMNS
 from solvers.six_dof.cells.kinds import ROTATION_CELLS, CellKind
 from solvers.six_dof.cells.roots import Reduction, Root
-from solvers.six_dof.cells.tube_prover import prover_of
+from solvers.six_dof.cells.tube_prover import has_ranges, prover_of
 
 Floats = NDArray[np.float64]
 
@@ -32,10 +32,10 @@ LEAF_RATIO = 0.125
 LAST_LEAF = 1e-8
 """Leaf size at which the search gives up: near a double root the tests see its square, close to rounding."""
 SPREAD_SHARE = 0.5
-"""Last leaf size over (width of the length ranges / platform size)."""
+"""Last leaf size over (width of the length ranges / platform size), and over that of the load's direction."""
 GROWING_LEAVES = 60_000
 """More leaves than this, and more than in the round before, mean a continuum that no search resolves."""
-RANGED_REASON = "some lengths in the given ranges may have a pose here: neither proved nor excluded"
+RANGED_REASON = "some choice in the given ranges may have a pose here: neither proved nor excluded"
 DEEP = 2e-5
 """Leaf size from which on the leaves lie around single points."""
 GROWING_DEEP = 2_000
@@ -150,7 +150,7 @@ class SubsetSearch:
         """Keep what is left as undecided."""
         if len(cells) == 0:
             return
-        if last_leaf(self.model) > LAST_LEAF:
+        if has_ranges(self.model):
             self.reason = RANGED_REASON
         elif too_many and len(cells) > GROWING_LEAVES:
             self.reason = "too many cells remain: the solutions seem to form a continuum"
@@ -167,12 +167,13 @@ class SubsetSearch:
 def last_leaf(model: Model) -> float:
     """Return the leaf size at which to give up.
 
-    Cells smaller than the spread of poses over the lengths cannot be excluded, and the roots that
+    Cells smaller than the spread of poses over the data cannot be excluded, and the roots that
     can be proved are proved by then.
     """
     n = model.n_taut
     spread = float((model.lengths[:n, 1] - model.lengths[:n, 0]).max()) / model.size
-    return max(LAST_LEAF, SPREAD_SHARE * spread)
+    turned = float(np.abs(model.load_err).max() / np.abs(model.load).max())
+    return max(LAST_LEAF, SPREAD_SHARE * spread, SPREAD_SHARE * turned)
 
 
 @cache

@@ -19,9 +19,9 @@ class Tube(Root):
 
     ``box`` bounds all its zeros, ``core`` the zero at the middle of the data; ``unique`` is what is within
     reach there. Two tubes that share a zero for one choice share it for all: zeros move continuously with the
-    data, and none leaves its tube. Where points or load have ranges the lengths are distances of the middle
-    points (see ``mechanics.six_dof.tube``) but with ``own_points``, and a choice of lengths here is one with the
-    middle points.
+    data, and none leaves its tube. Where points or load have ranges, the lengths are distances of the middle
+    points (see ``mechanics.six_dof.tube``) but with ``own_points``, and a choice of lengths here is one with
+    the middle points.
     """
 
     squares: Floats
