@@ -38,7 +38,9 @@ from cdpr_interval.kernels.kernel import kernel
 from cdpr_interval.kernels.lanes import LANES, LaneArray, Lanes, array3, lanes, load, splat, store, where_less
 from cdpr_interval.kernels.rounding import down, inflate_lanes, up, up_lanes
 from cdpr_interval.kernels.second_order import (
+    POSE_AND_ALL_DATA,
     POSE_AND_DATA,
+    ROTATION_AND_ALL_DATA,
     ROTATION_AND_DATA,
     ROTATION_ONLY,
     WHOLE_POSE,
@@ -73,8 +75,10 @@ def contraction_signatures(*arguments: Any) -> list[Any]:
     pairs = (
         (VARIABLES_OF_ROTATION, ROTATION_ONLY),
         (VARIABLES_OF_ROTATION, ROTATION_AND_DATA),
+        (VARIABLES_OF_ROTATION, ROTATION_AND_ALL_DATA),
         (VARIABLES_OF_POSE, WHOLE_POSE),
         (VARIABLES_OF_POSE, POSE_AND_DATA),
+        (VARIABLES_OF_POSE, POSE_AND_ALL_DATA),
     )
     return [types.void(array3, *arguments, zeros(len(v)), type_of(symbols)) for v, symbols in pairs]
 

@@ -12,7 +12,7 @@ from collections.abc import Iterable
 from itertools import combinations
 from typing import NamedTuple
 
-from cdpr_interval.kernels.second_order import POSE_AND_DATA
+from cdpr_interval.kernels.second_order import POSE_AND_ALL_DATA
 
 EMPTY, OPEN, SMALLER, WIDE, UNSMOOTH, BOTH = range(6)
 """States of a lane. EMPTY: it holds no cell, or one without a solution; OPEN: nothing is known yet; SMALLER:
@@ -27,9 +27,9 @@ SMALL, FOLDED = 1, 2
 
 MOST_VARIABLES = 6
 """Most variables of a search."""
-MOST_SYMBOLS = len(POSE_AND_DATA.noise)
+MOST_SYMBOLS = len(POSE_AND_ALL_DATA.noise)
 """Most noise symbols of a form."""
-MOST_DATA = len(POSE_AND_DATA.data)
+MOST_DATA = len(POSE_AND_ALL_DATA.data)
 """Most symbols of data."""
 MOST_EQUATIONS = 12
 """Most forms that vanish at every solution: six lengths and six balances."""

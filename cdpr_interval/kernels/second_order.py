@@ -57,12 +57,20 @@ ROTATION_AND_DATA = Symbols((0,) * 4, (0,) * 6)
 """As ``ROTATION_ONLY``, and the lengths of up to six taut cables."""
 POSE_AND_DATA = Symbols((0,) * 6, (0,) * 6)
 """As ``WHOLE_POSE``, and the lengths of up to six taut cables."""
+ROTATION_AND_ALL_DATA = Symbols((0,) * 4, (0,) * 48)
+"""As ``ROTATION_AND_DATA``; behind the lengths six symbols of each cable's points, three of the centre of
+mass and three of the load."""
+POSE_AND_ALL_DATA = Symbols((0,) * 6, (0,) * 48)
+"""As ``WHOLE_POSE``, and all those of data."""
 ALONG_DATA = Symbols((0,) * 6, (0,) * 12)
 """The lengths of up to six taut cables as what forms vary with most; offsets of the unknowns besides."""
 ALONG_ALL_DATA = Symbols((0,) * 6, (0,) * 54)
-"""As ``ALONG_DATA``; behind the offsets six of each cable's points, three of the centre of mass and three of
-the load."""
-ALL_SYMBOLS = (ROTATION_ONLY, WHOLE_POSE, ROTATION_AND_DATA, POSE_AND_DATA, ALONG_DATA, ALONG_ALL_DATA)
+"""As ``ALONG_DATA``, and behind the offsets the symbols of points, centre of mass and load."""
+ALL_SYMBOLS = (
+    *(ROTATION_ONLY, WHOLE_POSE),
+    *(ROTATION_AND_DATA, POSE_AND_DATA, ALONG_DATA),
+    *(ROTATION_AND_ALL_DATA, POSE_AND_ALL_DATA, ALONG_ALL_DATA),
+)
 
 
 def width(symbols: Symbols) -> int:
@@ -519,19 +527,44 @@ def cross3(F: Forms, out: int, a: int, b: int, S: Symbols) -> None:
         add_product(F, out + k, a + j, b + i, -1.0, S)
 
 
-@kernel(signatures(NONE, ROW, ROW, types.float64))
-def add_slope(F: Forms, out: int, datum: int, c: float, S: Symbols) -> None:
-    """Add c delta to ``out`` for one of the symbols of data; without these c bounds an error."""
+@kernel(signatures(NONE, ROW, ROW, lanes, lanes))
+def put_slope(F: Forms, out: int, datum: int, c: Lanes, error: Lanes, S: Symbols) -> None:
+    """Add c delta to ``out`` for one of the symbols of data, c known up to ``error``; ``close_data`` follows.
+
+    Without such symbols the size of c is an error.
+    """
     K, P = len(S.noise), len(S.data)
     Q = 1 + K + K * (K + 1) // 2
     if P > 0:
         before = load(F, out, Q + 3 + datum)
         new = before + c
         store(F, out, Q + 3 + datum, new)
-        store(F, out, Q + 3 + P, data_sum(F, out, S))
-        store(F, out, Q, inflate_lanes(load(F, out, Q), abs(before) + abs(splat(c)) + abs(new), 60.0))
+        store(F, out, Q, inflate_lanes(load(F, out, Q) + error, abs(before) + abs(c) + abs(new), 20.0))
     else:
-        store(F, out, Q, inflate_lanes(load(F, out, Q) + abs(splat(c)), splat(0.0), 60.0))
+        store(F, out, Q, inflate_lanes(load(F, out, Q) + error + abs(c), splat(0.0), 20.0))
+
+
+@kernel(signatures(NONE, ROW))
+def close_data(F: Forms, i: int, S: Symbols) -> None:
+    """Write the sum |d| of row ``i``."""
+    K, P = len(S.noise), len(S.data)
+    if P > 0:
+        store(F, i, 1 + K + K * (K + 1) // 2 + 3 + P, data_sum(F, i, S))
+
+
+@kernel(signatures(lanes, ROW))
+def rest(F: Forms, i: int, S: Symbols) -> Lanes:
+    """Return an upper bound of the distance of form ``i`` from its centre."""
+    most = largest(F, i, S)
+    return inflate_lanes(most - abs(load(F, i, 0)), most, 4.0)
+
+
+@kernel(signatures(NONE, ROW, ROW, ROW, types.float64))
+def put_datum(F: Forms, out: int, a: int, datum: int, c: float, S: Symbols) -> None:
+    """Add c delta F[a] to ``out``, any row, for one of the symbols of data; ``close_data`` follows."""
+    centre = c * load(F, a, 0)
+    error = inflate_lanes(abs(splat(c)) * rest(F, a, S), abs(centre), 10.0)
+    put_slope(F, out, datum, centre, error, S)
 
 
 @kernel(signatures(NONE, ROW, ROW, ROW, types.float64))

@@ -189,7 +189,8 @@ class _Trip:
         here, system = self.before(order), system_of(GENERAL, n)
         status, *_ = follow(
             forms_of_thread(SYMBOLS), SYMBOLS, self.way.model(order, n, self.load), self.data(order, n),
-            self.chart, system.rows, system.free[0].copy(), here, here, 1.0, NEAR, link, z, np.empty((6 + n, 2)),
+            self.chart, system.rows, system.free[0].copy(), here, here, 1.0, NEAR, link, z,
+            np.empty((6 + n, 2)),
         )  # fmt: skip
         if status == TRACKED:
             self.arrive(order[:n], z, link)

@@ -258,7 +258,7 @@ def pose_batches(trials: Sequence[Trial], ranged: bool = False) -> Iterator[Batc
 def no_tubes(model: Any, count: int = 0) -> Tubes:
     """Return room for so many tubes."""
     k = 6 + model.n_taut
-    shapes = ((3, 2), (k,), (k, 6), (k,), (k,))
+    shapes = ((3, 2), (k,), (k, 6), (k, 0), (k,), (k,))
     return Tubes(np.zeros(count, dtype=np.int64), *(np.zeros((count, *shape)) for shape in shapes))
 
 

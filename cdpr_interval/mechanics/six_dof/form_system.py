@@ -31,8 +31,8 @@ from cdpr_interval.kernels.second_order import (
     add_datum,
     add_product,
     add_scaled,
-    add_slope,
     bounds,
+    close_data,
     combine2,
     combine3,
     constant,
@@ -42,21 +42,29 @@ from cdpr_interval.kernels.second_order import (
     largest,
     magnitude,
     multiply,
+    put_datum,
+    put_slope,
     scale,
     signatures,
     widen,
 )
-from cdpr_interval.mechanics.six_dof.rows import DIMENSIONS, MOST_TAUT
+from cdpr_interval.mechanics.six_dof.rows import (
+    ARM_SYMBOLS,
+    CENTRE_SYMBOLS,
+    DIMENSIONS,
+    EXIT_SYMBOLS,
+    LOAD_SYMBOLS,
+    MOST_TAUT,
+    POINT_SYMBOLS,
+)
 
 MOST_UNKNOWNS = 6 + MOST_TAUT
-EXIT_DATA = MOST_UNKNOWNS
-"""The first of the symbols of exit points, three of each cable; before them are the unknowns' offsets."""
-ARM_DATA = EXIT_DATA + 3 * MOST_TAUT
-"""Of the arms, each by its own."""
-CENTRE_DATA = ARM_DATA + 3 * MOST_TAUT
-"""Of the centre of mass, which moves all arms."""
-LOAD_DATA = CENTRE_DATA + 3
-ALL_DATA = LOAD_DATA + 3
+EXIT_DATA = MOST_UNKNOWNS + EXIT_SYMBOLS
+"""The first of the symbols of exit points among all of data; before them are the unknowns' offsets."""
+ARM_DATA = MOST_UNKNOWNS + ARM_SYMBOLS
+CENTRE_DATA = MOST_UNKNOWNS + CENTRE_SYMBOLS
+LOAD_DATA = MOST_UNKNOWNS + LOAD_SYMBOLS
+ALL_DATA = MOST_UNKNOWNS + POINT_SYMBOLS
 
 TABLE = Table()
 Z = TABLE.take("Z", MOST_UNKNOWNS)
@@ -191,8 +199,9 @@ def sum_along(F: Forms, model: Any, chart: int, i: int, S: Symbols) -> None:
         side = own + shared
         square += b * b
         error += 2.0 * (abs(b) + side) * e + e * e + 1e-15 * b * b + side * side
-        add_slope(F, SUM, ARM_DATA + 3 * i + k, 2.0 * b * own, S)
-        add_slope(F, SUM, CENTRE_DATA + k, 2.0 * b * shared, S)
+        put_slope(F, SUM, ARM_DATA + 3 * i + k, splat(2.0 * b * own), splat(0.0), S)
+        put_slope(F, SUM, CENTRE_DATA + k, splat(2.0 * b * shared), splat(0.0), S)
+    close_data(F, SUM, S)
     off = 2.0 * error + 1e-15 * (square + model.lengths_sq[i])
     shift(F, SUM, square - model.lengths_sq[i], off, S)
 
@@ -266,30 +275,36 @@ def spread_forms(F: Forms, model: Any, i: int, S: Symbols) -> None:
 def spread_along(F: Forms, model: Any, i: int, S: Symbols) -> None:
     """Let a taut cable's exit point and arm vary with their own symbols, in what statics is made of."""
     for k in range(3):
-        add_slope(F, STEP + k, EXIT_DATA + 3 * i + k, model.exit_spread[i, k], S)
+        put_slope(F, STEP + k, EXIT_DATA + 3 * i + k, splat(model.exit_spread[i, k]), splat(0.0), S)
+        close_data(F, STEP + k, S)
         own, shared = model.anchor_sides[i, k], model.centre_sides[k]
         for j in range(3):
-            add_datum(F, ARM + j, ROTATION + 3 * j + k, ARM_DATA + 3 * i + k, own, S)
-            add_datum(F, ARM + j, ROTATION + 3 * j + k, CENTRE_DATA + k, shared, S)
+            put_datum(F, ARM + j, ROTATION + 3 * j + k, ARM_DATA + 3 * i + k, own, S)
+            put_datum(F, ARM + j, ROTATION + 3 * j + k, CENTRE_DATA + k, shared, S)
         turn_along(F, k, ARM_DATA + 3 * i + k, own, S)
         turn_along(F, k, CENTRE_DATA + k, shared, S)
+    for k in range(3):
+        close_data(F, ARM + k, S)
+    for k in range(9):
+        close_data(F, TURNING + k, S)
 
 
 @kernel()
 def turn_along(F: Forms, q: int, datum: int, side: float, S: Symbols) -> None:
-    """Let entry q of an arm vary by ``side`` with a symbol, in the derivatives of s R b by u."""
+    """Let entry q of an arm vary by ``side`` with a symbol, in the derivatives of s R b by u; not closed."""
     for m in range(3):
         for k in range(3):
             row = TURNING + 3 * m + k
             if k == q:
-                add_datum(F, row, Z + m, datum, -2.0 * side, S)
+                put_datum(F, row, Z + m, datum, -2.0 * side, S)
             if k == m:
-                add_datum(F, row, Z + q, datum, 2.0 * side, S)
+                put_datum(F, row, Z + q, datum, 2.0 * side, S)
             if m == q:
-                add_datum(F, row, Z + k, datum, 2.0 * side, S)
+                put_datum(F, row, Z + k, datum, 2.0 * side, S)
             if k != m and q == 3 - k - m:
                 # (e_m x e_q)_k
-                add_slope(F, row, datum, -2.0 * side if (k - m) % 3 == 1 else 2.0 * side, S)
+                twice = -2.0 * side if (k - m) % 3 == 1 else 2.0 * side
+                put_slope(F, row, datum, splat(twice), splat(0.0), S)
 
 
 @kernel()

@@ -33,6 +33,7 @@ from cdpr_interval.kernels.second_order import (
     add_product,
     add_scaled,
     close,
+    close_data,
     combine2,
     combine3,
     constant,
@@ -42,6 +43,9 @@ from cdpr_interval.kernels.second_order import (
     largest,
     magnitude,
     multiply,
+    put_datum,
+    put_slope,
+    rest,
     scale,
     signatures,
     slope_column,
@@ -49,11 +53,16 @@ from cdpr_interval.kernels.second_order import (
 )
 from cdpr_interval.mechanics.six_dof.rows import (
     ARM,
+    ARM_SYMBOLS,
     BLOCK,
     CABLE,
     CENTRE,
+    CENTRE_SYMBOLS,
     DIMENSIONS,
+    EXIT_SYMBOLS,
     LOAD,
+    LOAD_SYMBOLS,
+    MOST_TAUT,
     OFFSET,
     PLANE,
     POSITION,
@@ -62,6 +71,9 @@ from cdpr_interval.mechanics.six_dof.rows import (
     SCALE,
     WRENCH,
 )
+
+POINTS = MOST_TAUT
+"""The first of the symbols of points and load among those of data: the lengths come before them."""
 
 
 @kernel(types.UniTuple(lanes, 2)(lanes, lanes))
@@ -254,14 +266,15 @@ def load_rows(F: Forms, model: Any, S: Symbols) -> None:
     zero = splat(0.0)
     for k in range(3):
         scale(F, LOAD + k, SCALE, splat(model.load[k]), S)
-        widen(F, LOAD + k, inflate_lanes(model.load_err[k] * most, zero, 4.0), S)
         a, b = (k + 1) % 3, (k + 2) % 3
         # -(r_a f_b - r_b f_a)
         first, second = splat(-size * model.load[b]), splat(size * model.load[a])
         combine2(F, LOAD + 3 + k, ROOT_ARM + a, first, ROOT_ARM + b, second, S)
-        error = largest(F, ROOT_ARM + a, S) * model.load_err[b]
-        error += largest(F, ROOT_ARM + b, S) * model.load_err[a]
-        widen(F, LOAD + 3 + k, inflate_lanes(size * error, zero, 10.0), S)
+        if len(S.data) <= MOST_TAUT:
+            widen(F, LOAD + k, inflate_lanes(model.load_err[k] * most, zero, 4.0), S)
+            error = largest(F, ROOT_ARM + a, S) * model.load_err[b]
+            error += largest(F, ROOT_ARM + b, S) * model.load_err[a]
+            widen(F, LOAD + 3 + k, inflate_lanes(size * error, zero, 10.0), S)
 
 
 @kernel()
@@ -286,7 +299,10 @@ def wrench_rows(F: Forms, model: Any, S: Symbols) -> None:
             widen(F, SCRATCH + k, inflate_lanes(error, magnitude(F, SCRATCH + k, S), 10.0), S)
         cross3(F, w + 3, block + ARM, SCRATCH, S)
     load_rows(F, model, S)
-    if len(S.data) > 0:
+    if len(S.data) > MOST_TAUT:
+        vary_wrenches(F, model, S)
+        vary_load(F, model, S)
+    elif len(S.data) > 0:
         spread_wrenches(F, model, S)
 
 
@@ -320,3 +336,97 @@ def spread_wrenches(F: Forms, model: Any, S: Symbols) -> None:
         load += abs(model.load[k]) + model.load_err[k]
     for k in range(3):
         widen(F, LOAD + 3 + k, inflate_lanes(most * (size * own * load), zero, 20.0), S)
+
+
+@kernel()
+def vary_wrenches(F: Forms, model: Any, S: Symbols) -> None:
+    """Let exit points and arms vary with their symbols in the rows of wrenches.
+
+    e_i changes by dA_i - R db_i and q_i by R (own_i - own_1), db_i = own_i + the centre's part, so that the
+    moment q_i x e_i changes by q_i x (dA_i - R db_i) + R (own_i - own_1) x e_i and a product of two changes.
+    """
+    pivot = model.orders[0, 0]
+    size = 1.0 / model.size
+    most = largest(F, SCALE, S)
+    for j in range(model.n_taut):
+        i, w = model.orders[0, j], WRENCH + DIMENSIONS * j
+        if j > 0:
+            vary_moment(F, model, j, size, S)
+            product = (model.arm_spread[i] + model.arm_spread[pivot]) * model.gaps[i]
+            for k in range(3):
+                widen(F, w + 3 + k, inflate_lanes(most * (size * product), splat(0.0), 10.0), S)
+        for m in range(3):
+            own, shared = model.anchor_sides[i, m], model.centre_sides[m]
+            put_datum(F, w + m, SCALE, POINTS + EXIT_SYMBOLS + 3 * i + m, model.exit_spread[i, m], S)
+            for k in range(3):
+                put_datum(F, w + k, ROTATION + 3 * k + m, POINTS + ARM_SYMBOLS + 3 * i + m, -own, S)
+                put_datum(F, w + k, ROTATION + 3 * k + m, POINTS + CENTRE_SYMBOLS + m, -shared, S)
+        for k in range(DIMENSIONS):
+            close_data(F, w + k, S)
+
+
+@kernel()
+def vary_moment(F: Forms, model: Any, j: int, size: float, S: Symbols) -> None:
+    """Let the moment of the cable at place j > 0 vary with all symbols of points, to first order; not closed.
+
+    The rows of its force are still s e.
+    """
+    pivot, i = model.orders[0, 0], model.orders[0, j]
+    w, q = WRENCH + DIMENSIONS * j, CABLE + BLOCK * j + ARM
+    for k in range(3):
+        a, b = (k + 1) % 3, (k + 2) % 3
+        out = w + 3 + k
+        put_datum(F, out, q + a, POINTS + EXIT_SYMBOLS + 3 * i + b, size * model.exit_spread[i, b], S)
+        put_datum(F, out, q + b, POINTS + EXIT_SYMBOLS + 3 * i + a, -size * model.exit_spread[i, a], S)
+        for m in range(3):
+            own, shared = size * model.anchor_sides[i, m], size * model.centre_sides[m]
+            root = size * model.anchor_sides[pivot, m]
+            # s (R e_m x e)_k and s (q x R e_m)_k
+            turned, error = crossed(F, ROTATION + 3 * a + m, w + b, ROTATION + 3 * b + m, w + a, S)
+            levered, other = crossed(F, q + a, ROTATION + 3 * b + m, q + b, ROTATION + 3 * a + m, S)
+            both = inflate_lanes(own * (error + other), own * (abs(turned) + abs(levered)), 4.0)
+            put_slope(F, out, POINTS + ARM_SYMBOLS + 3 * i + m, own * (turned - levered), both, S)
+            error = inflate_lanes(root * error, splat(0.0), 4.0)
+            put_slope(F, out, POINTS + ARM_SYMBOLS + 3 * pivot + m, -root * turned, error, S)
+            other = inflate_lanes(shared * other, splat(0.0), 4.0)
+            put_slope(F, out, POINTS + CENTRE_SYMBOLS + m, -shared * levered, other, S)
+
+
+@kernel(signatures(types.UniTuple(lanes, 2), *(types.int64,) * 4))
+def crossed(F: Forms, a: int, b: int, c: int, d: int, S: Symbols) -> tuple[Lanes, Lanes]:
+    """Return (F[a] F[b] - F[c] F[d]) / s at the cells' centres, and a bound of its change over the cells."""
+    a0, b0, c0, d0 = load(F, a, 0), load(F, b, 0), load(F, c, 0), load(F, d, 0)
+    ra, rb, rc, rd = rest(F, a, S), rest(F, b, S), rest(F, c, S), rest(F, d, S)
+    s0, rs = load(F, SCALE, 0), rest(F, SCALE, S)
+    value = (a0 * b0 - c0 * d0) / s0
+    change = abs(a0) * rb + ra * (abs(b0) + rb) + abs(c0) * rd + rc * (abs(d0) + rd)
+    sizes = abs(a0 * b0) + abs(c0 * d0)
+    # s >= 1 throughout, so that |1 / s - 1 / s_0| <= |s - s_0| / s_0.
+    error = (change + (sizes + change) * rs) / s0
+    return value, inflate_lanes(error, sizes, 20.0)
+
+
+@kernel()
+def vary_load(F: Forms, model: Any, S: Symbols) -> None:
+    """Let the load and the pivot's arm vary with their symbols in the rows of the load."""
+    pivot = model.orders[0, 0]
+    size = 1.0 / model.size
+    off = model.load_err[0] + model.load_err[1] + model.load_err[2]
+    product = largest(F, SCALE, S) * (size * model.arm_spread[pivot] * off)
+    for k in range(3):
+        a, b = (k + 1) % 3, (k + 2) % 3
+        out, load = LOAD + 3 + k, POINTS + LOAD_SYMBOLS
+        put_datum(F, LOAD + k, SCALE, load + k, model.load_err[k], S)
+        put_datum(F, out, ROOT_ARM + a, load + b, -size * model.load_err[b], S)
+        put_datum(F, out, ROOT_ARM + b, load + a, size * model.load_err[a], S)
+        first, second = -size * model.load[b], size * model.load[a]
+        for m in range(3):
+            own, shared = model.anchor_sides[pivot, m], model.centre_sides[m]
+            arm, centre = POINTS + ARM_SYMBOLS + 3 * pivot + m, POINTS + CENTRE_SYMBOLS + m
+            put_datum(F, out, ROTATION + 3 * a + m, arm, first * own, S)
+            put_datum(F, out, ROTATION + 3 * b + m, arm, second * own, S)
+            put_datum(F, out, ROTATION + 3 * a + m, centre, first * shared, S)
+            put_datum(F, out, ROTATION + 3 * b + m, centre, second * shared, S)
+        widen(F, out, inflate_lanes(product, splat(0.0), 10.0), S)
+        close_data(F, LOAD + k, S)
+        close_data(F, out, S)

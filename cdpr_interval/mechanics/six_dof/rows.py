@@ -23,6 +23,17 @@ def moving_rows(symbols: int) -> int:
     return 1 + symbols
 
 
+EXIT_SYMBOLS = 0
+"""Among the symbols of points and load: three of each cable's exit point,"""
+ARM_SYMBOLS = EXIT_SYMBOLS + 3 * MOST_TAUT
+"""three of each cable's arm, by its own doing,"""
+CENTRE_SYMBOLS = ARM_SYMBOLS + 3 * MOST_TAUT
+"""three of the centre of mass, which moves all arms, and"""
+LOAD_SYMBOLS = CENTRE_SYMBOLS + 3
+"""three of the load."""
+POINT_SYMBOLS = LOAD_SYMBOLS + 3
+"""How many there are."""
+
 FORMS = Table(engine.FORMS.ranges)
 """Rows of F; see ``geometry`` for the symbols used here."""
 ROTATION = FORMS.take("ROTATION", 9)

@@ -41,6 +41,7 @@ from cdpr_interval.mechanics.six_dof.rows import (
     CENTRE,
     ERROR_SYMBOL,
     FOOT,
+    MOST_TAUT,
     NORMAL,
     OFFSET,
     POSITION,
@@ -149,7 +150,8 @@ def approximate_position(F: Forms, W: LaneArray, third: int, pivot: int, spread:
         taylor_term(F, W, third, 1 + a, -1, -1, 0.0)
     for a in range(U_SYMBOLS):
         taylor_term(F, W, third, 1 + K + a, 1 + a, 1 + a, 0.0)
-    for datum in range(P):
+    # x depends on no other data than the lengths, which come first.
+    for datum in range(min(P, MOST_TAUT)):
         taylor_term(F, W, third, Q + 3 + datum, -1, -1, spread if datum == pivot else 0.0)
     for a in range(K):
         for b in range(a + 1, K):

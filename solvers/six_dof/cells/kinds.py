@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -14,7 +14,9 @@ from cdpr_interval.engine.per_thread import per_thread
 from cdpr_interval.engine.scratch import Scratch, new_scratch
 from cdpr_interval.engine.search import Run
 from cdpr_interval.kernels.second_order import (
+    POSE_AND_ALL_DATA,
     POSE_AND_DATA,
+    ROTATION_AND_ALL_DATA,
     ROTATION_AND_DATA,
     ROTATION_ONLY,
     WHOLE_POSE,
@@ -102,8 +104,12 @@ RANGED_ROTATION_CELLS = CellKind(
     rotation_cells.enclose_cell,
     ranged_cells.run_turns,
 )
-"""Cells in u of a robot whose data have ranges."""
+"""Cells in u of a robot whose lengths have ranges."""
 RANGED_POSE_CELLS = CellKind(
     POSE_COLUMNS, POSE_AND_DATA, VARIABLES_OF_POSE, pose_cells.enclose_cell, ranged_cells.run_poses
 )
+"""Cells in (u, x) of such a robot."""
+SPREAD_ROTATION_CELLS = replace(RANGED_ROTATION_CELLS, symbols=ROTATION_AND_ALL_DATA)
+"""Cells in u of a robot whose points or load have ranges."""
+SPREAD_POSE_CELLS = replace(RANGED_POSE_CELLS, symbols=POSE_AND_ALL_DATA)
 """Cells in (u, x) of such a robot."""

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from cdpr_interval.mechanics.six_dof.rows import MOST_TAUT
+from cdpr_interval.mechanics.rotation import HALF_TURNS
+from cdpr_interval.mechanics.six_dof.rows import ARM_SYMBOLS, LOAD_SYMBOLS, MOST_TAUT
 from solvers.six_dof.cells.roots import Root
 
 Floats = NDArray[np.float64]
@@ -31,7 +32,9 @@ class Tube(Root):
     polynomial: Floats
     """(6 + n, TERMS) coefficients in the order of ``second_order``."""
     sways: Floats
-    """(6 + n, k) its slopes in the symbols of points and load, where these have ranges; else k = 0."""
+    """(6 + n, k) its slopes in the symbols of points and load, where these have ranges; else k = 0.
+
+    Those of arms are for the arms as the chart has them, after its half turn."""
     radii: Floats
     """(6 + n,) of the box around the polynomial in which the zero lies."""
     reach: Floats
@@ -69,15 +72,23 @@ class Tube(Root):
         return np.stack([self.box[:3, 0] - self.reach[:3], self.box[:3, 1] + self.reach[:3]], axis=1)
 
     @property
+    def sways_of_cells(self) -> Floats:
+        """(6 + n, k) the slopes with the symbols that cells have: of arms before the chart's half turn."""
+        signs = np.ones(self.sways.shape[1])
+        signs[ARM_SYMBOLS:LOAD_SYMBOLS] = np.resize(
+            HALF_TURNS[self.chart], len(signs[ARM_SYMBOLS:LOAD_SYMBOLS])
+        )
+        return self.sways * signs
+
+    @property
     def slopes(self) -> Floats:
         """(6 + n, 6) the polynomial's slopes in the symbols."""
         return self.polynomial[:, 1 : 1 + MOST_TAUT]
 
     @property
     def rests(self) -> Floats:
-        """(6 + n,) bounds of its terms of second order, and of those in points and load."""
-        second = np.abs(self.polynomial[:, 1 + MOST_TAUT :]).sum(axis=1)
-        return np.asarray((second + np.abs(self.sways).sum(axis=1)) * (1.0 + 1e-14))
+        """(6 + n,) bounds of its terms of second order."""
+        return np.abs(self.polynomial[:, 1 + MOST_TAUT :]).sum(axis=1) * (1.0 + 1e-14)
 
 
 @dataclass(frozen=True, eq=False)

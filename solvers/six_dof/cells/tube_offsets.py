@@ -71,6 +71,8 @@ class Tubes(NamedTuple):
     """(m, 6 + n) its values at the middle of the data."""
     slopes: Floats
     """(m, 6 + n, 6) its slopes in the symbols of the data."""
+    sways: Floats
+    """(m, 6 + n, k) its slopes in the symbols of points and load, k = 0 where these are exact."""
     rests: Floats
     """(m, 6 + n) a bound of its terms of second order."""
     reach: Floats
@@ -82,7 +84,9 @@ def tube_row(F: Forms, out: int, tubes: Any, k: int, c: int, S: Symbols) -> None
     """Write component c of tube k's polynomial."""
     constant(F, out, splat(tubes.centres[k, c]), splat(tubes.rests[k, c]), S)
     for datum in range(len(S.data)):
-        store(F, out, slope_column(len(S.noise) + datum, S), splat(tubes.slopes[k, c, datum]))
+        length = datum < MOST_TAUT
+        slope = tubes.slopes[k, c, datum] if length else tubes.sways[k, c, datum - MOST_TAUT]
+        store(F, out, slope_column(len(S.noise) + datum, S), splat(slope))
     close(F, out, S)
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from typing import Any, ClassVar
 
 import numpy as np
@@ -15,7 +16,13 @@ from cdpr_interval.mechanics.six_dof.arrays import Model
 from cdpr_interval.mechanics.six_dof.form_system import MOST_UNKNOWNS
 from cdpr_interval.mechanics.six_dof.rows import MOST_TAUT
 from cdpr_interval.mechanics.six_dof.tube import ALL_SYMBOLS, SYMBOLS, TABLE
-from solvers.six_dof.cells.kinds import RANGED_POSE_CELLS, RANGED_ROTATION_CELLS, CellKind
+from solvers.six_dof.cells.kinds import (
+    RANGED_POSE_CELLS,
+    RANGED_ROTATION_CELLS,
+    SPREAD_POSE_CELLS,
+    SPREAD_ROTATION_CELLS,
+    CellKind,
+)
 from solvers.six_dof.cells.root_search import MOST_STARTS
 from solvers.six_dof.cells.roots import Prover, Reduction, Root
 from solvers.six_dof.cells.tube import Tube, around
@@ -30,6 +37,8 @@ ROUNDING = 1e-15
 
 def prover_of(model: Model, reduction: Reduction) -> Prover:
     """Return what proves the zeros of a model: tubes where its data have ranges, else roots."""
+    if has_spread(model):
+        return SpreadProver(model, reduction)
     return TubeProver(model, reduction) if has_ranges(model) else Prover(model, reduction)
 
 
@@ -63,13 +72,15 @@ class TubeProver(Prover):
             np.zeros((room, 3, 2)),
             np.zeros((room, k)),
             np.zeros((room, k, MOST_TAUT)),
+            np.zeros((room, k, len(symbols_of(self.model).data) - MOST_UNKNOWNS)),
             np.zeros((room, k)),
             np.zeros((room, k)),
         )
         for i, root in enumerate(roots):
             assert isinstance(root, Tube)
             tubes.charts[i], tubes.near[i], tubes.centres[i] = root.chart, root.near, root.polynomial[:, 0]
-            tubes.slopes[i], tubes.rests[i], tubes.reach[i] = root.slopes, root.rests, root.reach
+            tubes.slopes[i], tubes.sways[i] = root.slopes, root.sways_of_cells
+            tubes.rests[i], tubes.reach[i] = root.rests, root.reach
         return tubes
 
     def bench(self, roots: Sequence[Root]) -> TubeBench:
@@ -83,7 +94,6 @@ class TubeProver(Prover):
             forms_of_thread(symbols_of(self.model)),
             self.tubes(roots, room),
             np.empty((room, k, TERMS)),
-            np.empty((room, k, len(symbols_of(self.model).data) - MOST_UNKNOWNS)),
             np.empty((room, k)),
             np.empty((room, k, 2)),
         )
@@ -92,9 +102,8 @@ class TubeProver(Prover):
         """Return the tube in row ``k``."""
         n = self.model.n_taut
         polynomial, radii, reach = (x[k].copy() for x in (bench.polynomials, bench.radii, bench.tubes.reach))
-        sways = bench.sways[k].copy()
         middle = polynomial[:, 0]
-        return Tube(
+        found = Tube(
             chart=int(bench.tubes.charts[k]),
             box=bench.hulls[k].copy(),
             unique=np.stack([middle - reach, middle + reach], axis=1),
@@ -102,10 +111,18 @@ class TubeProver(Prover):
             squares=self.model.lengths_sq[:n].copy(),
             radii_of_squares=self.model.lengths_sq_err[:n].copy(),
             polynomial=polynomial,
-            sways=sways,
+            sways=bench.tubes.sways[k].copy(),
             radii=radii,
             reach=reach,
         )
+        # The signs are their own inverse.
+        return replace(found, sways=found.sways_of_cells)
+
+
+class SpreadProver(TubeProver):
+    """Finds and proves tubes where points or load have ranges, too: cells know the symbols of these."""
+
+    kinds: ClassVar[tuple[CellKind, CellKind]] = (SPREAD_ROTATION_CELLS, SPREAD_POSE_CELLS)
 
 
 def symbols_of(model: Model) -> Symbols:

@@ -20,8 +20,9 @@ from numpy.typing import NDArray
 from cdpr_interval.engine.scratch import Scratch
 from cdpr_interval.kernels.kernel import entry, kernel, part
 from cdpr_interval.kernels.second_order import Symbols
+from cdpr_interval.mechanics.rotation import HALF_TURNS
 from cdpr_interval.mechanics.six_dof.form_system import Z
-from cdpr_interval.mechanics.six_dof.rows import MOST_TAUT
+from cdpr_interval.mechanics.six_dof.rows import ARM_SYMBOLS, LOAD_SYMBOLS, MOST_TAUT
 from cdpr_interval.mechanics.six_dof.tube import LANE, alone_within, tube
 from solvers.six_dof.cells import ranged_cells as ranged
 from solvers.six_dof.cells.root_search import MARGIN, from_leaves, largest_reach
@@ -51,8 +52,6 @@ class TubeBench(NamedTuple):
     """The tubes known, as cells see them; those found are appended."""
     polynomials: Floats
     """(capacity, 6 + n, TERMS) coefficients in the order of ``second_order``."""
-    sways: Floats
-    """(capacity, 6 + n, most symbols) their slopes in the symbols of points and load."""
     radii: Floats
     """(capacity, 6 + n) of the boxes around them."""
     hulls: Floats
@@ -75,7 +74,7 @@ def same_zero(bench: Any, count: int, chart: int, z: Any) -> bool:
 @kernel()
 def keep_tube(bench: Any, k: int, chart: int, free: Any, w: Any) -> None:
     """Write the tube that stands in the forms as tube ``k``, without its reach."""
-    F, tubes, count = bench.forms, bench.tubes, bench.sways.shape[2]
+    F, tubes, count = bench.forms, bench.tubes, bench.tubes.sways.shape[2]
     last = bench.forms.shape[1] - 1
     tubes.charts[k] = chart
     for c in range(bench.hulls.shape[1]):
@@ -86,9 +85,10 @@ def keep_tube(bench: Any, k: int, chart: int, free: Any, w: Any) -> None:
         for q in range(SLOPES, TERMS):
             rest += abs(bench.polynomials[k, c, q])
         for q in range(count):
-            # The last columns but that of their sum.
-            bench.sways[k, c, q] = F[Z + c, last - count + q, LANE]
-            rest += abs(bench.sways[k, c, q])
+            # The last columns but that of their sum. Cells know the arms without the chart's half turn.
+            turned = ARM_SYMBOLS <= q < LOAD_SYMBOLS
+            sign = HALF_TURNS[chart, q % 3] if turned else 1.0
+            tubes.sways[k, c, q] = sign * F[Z + c, last - count + q, LANE]
         tubes.centres[k, c] = bench.polynomials[k, c, 0]
         tubes.rests[k, c] = rest * (1.0 + 1e-14)
         for q in range(MOST_TAUT):

@@ -16,12 +16,16 @@ from cdpr_interval.exact.range import Range
 from cdpr_interval.kernels import second_order
 from cdpr_interval.kernels.lanes import LANES
 from cdpr_interval.kernels.second_order import width
-from cdpr_interval.mechanics.six_dof import form_system, tube
+from cdpr_interval.mechanics.six_dof import form_system, geometry, tube
 from cdpr_interval.mechanics.six_dof.arrays import Model, build_model, longer_and_shorter
+from cdpr_interval.mechanics.six_dof.rows import FORMS, LOAD, WRENCH
 from cdpr_interval.robots.cable_robot import Cable, Point, Robot
 from solvers import forward_kinematics
 from solvers.answers.data import Outcome, Solution
 from solvers.answers.result import Result
+from solvers.six_dof.cells import pose_cells
+from solvers.six_dof.cells.columns import POSE_COLUMNS
+from solvers.six_dof.cells.kinds import SPREAD_POSE_CELLS
 from solvers.six_dof.cells.own_tubes import own_tube
 from solvers.six_dof.cells.roots import GENERAL
 from solvers.six_dof.cells.tube import Tube
@@ -32,9 +36,21 @@ from tests.support.exact_system import Dual, equations, total
 from tests.support.kernel_callers import Callers
 from tests.support.planted.platform import plant as plant_robot
 from tests.support.planted.verdict import Verdict, judge
-from tests.support.planted_platform import HALF_TURN_SIGNS, Planted, apply, dot, minus, plant, root_range
+from tests.support.planted_platform import (
+    HALF_TURN_SIGNS,
+    Planted,
+    apply,
+    cross,
+    dot,
+    minus,
+    plant,
+    root_range,
+)
+from tests.support.platform_cells import pose_cell
 
 forms = Callers(form_system)
+rows = Callers(geometry)
+cells = Callers(pose_cells)
 kernels = Callers(second_order)
 SYMBOLS = tube.ALL_SYMBOLS
 Vectors = list[list[Fraction]]
@@ -189,6 +205,50 @@ def test_tubes_hold_the_exact_zero(n: int) -> None:
                 assert one.box[k, 0] <= x <= one.box[k, 1]
                 assert one.radii[k] < one.reach[k]
     assert min(proved.values()) >= 2
+
+
+def in_cell(value: Fraction, lo: float, hi: float) -> Fraction:
+    """Return the symbol of a value in bounds, as forms have it."""
+    middle = 0.5 * (lo + hi) if lo < hi else lo
+    radius = max(np.nextafter(hi - middle, np.inf), np.nextafter(middle - lo, np.inf)) if lo < hi else 0.0
+    return (value - Fraction(middle)) / Fraction(radius) if radius else Fraction(0)
+
+
+@every_count
+def test_wrenches_over_cells_vary_with_the_points(n: int) -> None:
+    """Rows of a cell in (u, x) against the exact wrenches of a choice at a pose in it."""
+    S, rng = SPREAD_POSE_CELLS.symbols, random.Random(9)
+    e = error_column(S)
+    for case in spreads(n, 90 + n, SIZES):
+        robot, model, seen = case.robot, case.hybrid, replace(case.middle, model=case.hybrid)
+        reach = 1e-3
+        cell = pose_cell(rng, seen, reach)
+        F = np.full((FORMS.height, width(S), LANES), np.nan)
+        C = np.repeat(cell[None, :, None], LANES, axis=2)
+        rows.rotation_rows(F, C, POSE_COLUMNS.chart, S)
+        rows.triple_rows(F, model, S)
+        cells.position_variables(F, C, S)
+        rows.wrench_rows(F, model, S)
+        place = [*seen.u, *seen.way()]
+        eps = [in_cell(x, cell[2 * k], cell[2 * k + 1]) for k, x in enumerate(place)]
+        # Cells have arms before the chart's half turn, tubes after it.
+        signs = [1] * 18 + [HALF_TURN_SIGNS[robot.chart][k % 3] for k in range(21)] + [1] * 3
+        points = [x * s for x, s in zip(case.eps, signs, strict=True)]
+        at = Place(eps, [*case.symbols(model).eps, *points])
+        size, scale = Fraction(model.size), 1 + dot(robot.u, robot.u)
+        arms = [apply(robot.rotation(robot.u), b) for b in robot.points]
+        pivot = arms[int(model.orders[0, 0])]
+        exact = []
+        for i in model.orders[0, :n].tolist():
+            spoke = minus(minus(robot.anchors[i], robot.p), arms[i])
+            exact.append([*spoke, *(x / size for x in cross(minus(arms[i], pivot), spoke))])
+        exact.append([*robot.load, *(-x / size for x in cross(pivot, robot.load))])
+        first = [WRENCH + 6 * j for j in range(n)] + [LOAD]
+        for row, wrench in zip(first, exact, strict=True):
+            for k, x in enumerate(wrench):
+                form = F[row + k, :, 0]
+                assert abs(scale * x - polynomial(form, at)) <= Fraction(form[e])
+                assert form[e] <= 100.0 * (reach + float(SIZES[1])) ** 2 * (1.0 + np.abs(form[0]))
 
 
 # Answers.

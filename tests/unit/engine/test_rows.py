@@ -12,7 +12,7 @@ import pytest
 from cdpr_interval.engine import rows as engine
 from cdpr_interval.engine.rows import Rows, Table
 from cdpr_interval.kernels.lanes import LANES
-from cdpr_interval.kernels.second_order import POSE_AND_DATA, ROTATION_ONLY, WHOLE_POSE, width
+from cdpr_interval.kernels.second_order import POSE_AND_ALL_DATA, ROTATION_ONLY, WHOLE_POSE, width
 from cdpr_interval.mechanics.six_dof import rows as six_dof
 from cdpr_interval.mechanics.six_dof.rows import BOUNDS, COLUMNS, FORMS, WORK, Y, moving_rows
 from tests.support.planted_platform import Planted, plant, plant_planar
@@ -57,7 +57,7 @@ def test_a_name_is_where_its_range_begins(own: Table, below: Table | None, modul
 
 def test_every_symbol_has_a_slope() -> None:
     y = next(rows for rows in WORK.ranges if rows.name == "Y")
-    most = max(len(S.noise) + len(S.data) for S in (ROTATION_ONLY, WHOLE_POSE, POSE_AND_DATA))
+    most = max(len(S.noise) + len(S.data) for S in (ROTATION_ONLY, WHOLE_POSE, POSE_AND_ALL_DATA))
     assert y.height == 1 + most == moving_rows(engine.MOST_SYMBOLS + engine.MOST_DATA)
 
 
