@@ -15,7 +15,7 @@ from solvers.answers.data import CableState
 from solvers.answers.result import Result
 from solvers.batch.ledger import Ledger
 from solvers.batch.summary import Summary, contiguous
-from solvers.report.palette import BODY, DISCRETE, GREY, SLACK, UNDECIDED, tension_rgb
+from solvers.report.palette import BODY, DISCRETE, GREY, SLACK, TUBE, UNDECIDED, tension_rgb
 from solvers.report.scene import Scene, axis_range, bins, frame_points, hull, labels, region, scene, space
 
 KINDS = ("png", "svg")
@@ -90,6 +90,8 @@ def _pose_figure(make: Any, robot: Robot, result: Result, scenes: list[Scene], o
         for pair in one.body.reshape(-1, 2, 3):
             axes.plot(*pair.T, color=BODY, linewidth=0.8)
         axes.scatter(*one.centre, color="black", s=20)
+        for pair in one.tube.reshape(-1, 2, 3):
+            axes.plot(*pair.T, color=TUBE, linewidth=0.8)
         axes.set_title(f"{result.robot.name}, pose {one.title}", fontsize=10)
     for left in result.undecided:
         for start, end in region(left.position).reshape(-1, 2, 3):

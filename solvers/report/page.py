@@ -24,7 +24,8 @@ MOST_ROWS = 500
 LEGEND = (
     "Straight cables are coloured by tension, each pose on a scale of its own; slack ones hang in grey; "
     "dashed: just taut or just slack, one pose either way; dashed red: neither taut nor slack is proved. Red "
-    "boxes hold what the search left undecided. Drawn are floats near the certified poses."
+    "boxes hold what the search left undecided; blue boxes are where the platform's anchors may be, over all "
+    "choices of data with ranges. Drawn are floats near the certified poses."
 )
 POLICY = (
     "default-src 'none'; script-src 'unsafe-inline' 'unsafe-eval'; style-src 'unsafe-inline'; "

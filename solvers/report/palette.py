@@ -4,6 +4,7 @@ from __future__ import annotations
 
 GREY = "#777777"
 BODY = "#555555"
+TUBE = "#1f77b4"
 SLACK = "#b8b8b8"
 UNDECIDED = "#d62728"
 DISCRETE = ("#1f77b4", "#ff7f0e", "#2ca02c", "#9467bd", "#8c564b", "#e377c2", "#17becf", "#bcbd22")

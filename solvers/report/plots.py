@@ -10,7 +10,7 @@ import numpy as np
 from cdpr_interval.errors import InputError
 from solvers.answers.data import CableState
 from solvers.answers.result import Result
-from solvers.report.palette import BODY, DISCRETE, GREY, SLACK, TENSION_SCALE, UNDECIDED, tension_colour
+from solvers.report.palette import BODY, DISCRETE, GREY, SLACK, TENSION_SCALE, TUBE, UNDECIDED, tension_colour
 from solvers.report.scene import (
     Points,
     Scene,
@@ -170,6 +170,10 @@ def _pose(go: Any, one: Scene, most: float) -> list[Any]:
         x, y, z = one.platform.T
         body = {"alphahull": 0, "opacity": 0.25, "color": BODY, "hoverinfo": "skip"}
         traces.append(go.Mesh3d(x=x, y=y, z=z, **body))
+    if len(one.tube):
+        edges, line = _separated(one.tube), {"color": TUBE, "width": 2}
+        text = "for every choice of the data the anchor is in here"
+        traces.append(_points(go, edges, mode="lines", line=line, hoverinfo="text", text=text))
     text = f"{one.title}<br>({', '.join(f'{x:.6g}' for x in one.centre)}) m"
     marker = {"size": 6, "color": "#222222"}
     traces.append(

@@ -30,6 +30,8 @@ FLAT = 0.25
 MOST_BINS = 40
 LEAST_SPREAD = 1e-6
 """Of a histogram, as a share of its values."""
+VISIBLE = 1e-5
+"""Of a tube, in m; that of exact data is thinner."""
 STEEP = 1e-6
 """Seen from above, a cable whose ends are nearer than this share of its length hangs down and up again."""
 
@@ -58,6 +60,9 @@ class Scene:
     """(N, 3) m: platform anchors."""
     centre: Points
     """(3,) m: centre of mass."""
+    tube: Points
+    """(n, 3) m: edges of boxes as pairs of corners, where the platform anchors are for every choice of the
+    data; empty where these are exact."""
 
     @property
     def body(self) -> Points:
@@ -122,7 +127,23 @@ def scene(robot: Robot, solution: Solution, lengths: Bounds, number: int) -> Sce
         tension = max(0.5 * (least + most) if math.isfinite(most) else least, 0.0)
         cables.append(DrawnCable(cable.name, points, state, tension, text))
     taut = ", ".join(robot.cables[i].name for i in solution.taut)
-    return Scene(f"{number}: {taut} taut, {solution.stability.value}", tuple(cables), platform, centre)
+    title = f"{number}: {taut} taut, {solution.stability.value}"
+    return Scene(title, tuple(cables), platform, centre, tube(solution, anchors))
+
+
+def tube(solution: Solution, anchors: Points) -> Points:
+    """Return the edges of boxes around the platform anchors (N, 3), as far as these are for every choice.
+
+    Those of exact data are points, and not drawn; so is what is not bounded.
+    """
+    boxes = []
+    for anchor in np.unique(anchors, axis=0):
+        ends = solution.rotation * anchor[None, :, None]
+        low, high = ends.min(axis=2).sum(axis=1), ends.max(axis=2).sum(axis=1)
+        boxes.append(solution.position + np.stack([low, high], axis=1))
+    found = np.array(boxes)
+    visible = np.isfinite(found).all() and np.ptp(found, axis=2).max() > VISIBLE
+    return np.concatenate([region(box) for box in found]) if visible else np.empty((0, 3))
 
 
 def hanging(start: Points, end: Points, length: float, up: Points, count: int = CURVE_POINTS) -> Points:

@@ -39,7 +39,9 @@ class Reduced:
     units: Units = METRES
     """Of the model."""
     own: Model | None = None
-    """The same with the cables' own lengths, where points have ranges; in the same units."""
+    """With the cables' own lengths, where points have ranges: in the same units and in the robot's frames."""
+    middle: Frame | None = None
+    """The frame for the middle of all data, where it varies with them."""
 
     def in_metres(self, search: SubsetSearch) -> Reduced:
         """Bring what a search of the model found to m and N; return the model in these."""
@@ -68,15 +70,16 @@ class Template:
         model = self.reduced.model._replace(lengths=bounds, lengths_sq=squares, lengths_sq_err=errors)
         own = None
         if model.gaps.any():
-            own = model._replace(own_points=True)
+            space = self.reduced.own or model
+            own = space._replace(lengths=bounds, lengths_sq=squares, lengths_sq_err=errors, own_points=True)
             bounds, squares, errors = longer_and_shorter(bounds, model.gaps)
             model = model._replace(lengths=bounds, lengths_sq=squares, lengths_sq_err=errors)
-        frame, reduction, units = self.reduced.frame, self.reduced.reduction, self.reduced.units
+        units = self.reduced.units
         moved = in_units(model, units) if units else None
         moved_own = None if own is None or moved is None else in_units(own, units)
         if moved is None or (own is not None and moved_own is None):
-            return Reduced(frame, model, reduction, own=own)
-        return Reduced(frame, moved, reduction, units, moved_own)
+            return replace(self.reduced, model=model, units=METRES, own=own)
+        return replace(self.reduced, model=moved, own=moved_own)
 
 
 def reduced_problems(
@@ -225,7 +228,11 @@ def plane_problems(
             spread=not loaded.spread.points_are_exact,
         )
         found.append(Reduced(frame, model, PLANAR))
-    return found
+    if loaded.spread.points_are_exact or kind.vertical or kind.rod:
+        return found
+    space = space_problem(loaded, taut, kind, others, True, slack)
+    seen = plane_problems(loaded.middle, taut, kind, others, slack)
+    return [replace(r, own=space.model, middle=m.frame) for r, m in zip(found, seen, strict=True)]
 
 
 def plane_base(loaded: LoadedRobot, taut: tuple[int, ...]) -> arb_mat:

@@ -6,22 +6,25 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
+from flint import arb
 from numpy.typing import NDArray
 
 from cdpr_interval.engine.per_thread import per_thread
+from cdpr_interval.exact import balls
 from cdpr_interval.kernels import interval
 from cdpr_interval.kernels.lanes import LANES
 from cdpr_interval.kernels.second_order import Symbols, width
 from cdpr_interval.mechanics.loaded import LoadedRobot
-from cdpr_interval.mechanics.rotation import rotation_at
+from cdpr_interval.mechanics.rotation import best_chart, rotation_at
 from cdpr_interval.mechanics.six_dof.arrays import Model
 from cdpr_interval.mechanics.six_dof.fields import Cables, Fields
+from cdpr_interval.mechanics.six_dof.frame import Frame, centred_cayley, coordinates, half_turn
 from cdpr_interval.mechanics.six_dof.rows import MOST_TAUT
 from cdpr_interval.mechanics.six_dof.tube import tube
 from cdpr_interval.mechanics.six_dof.tube_fields import TABLE, fill_tube_fields
 from solvers.six_dof.cells.own_tubes import own_tube
-from solvers.six_dof.cells.roots import GENERAL, PLANAR, Root, system_of
-from solvers.six_dof.cells.tube import GluedTube, Tube
+from solvers.six_dof.cells.roots import GENERAL, PLANAR, Root, pose_of, system_of
+from solvers.six_dof.cells.tube import GluedTube, Tube, around
 from solvers.six_dof.cells.tube_prover import forms_of_thread, symbols_of
 from solvers.six_dof.prepared import Lengths, cables_of
 from solvers.six_dof.reduction import Reduced
@@ -52,10 +55,13 @@ def tube_fields(
             whole[m, ..., 1] = piece[first:last, ..., 1].max(axis=0)
         first = last
     planar = reduced.reduction is PLANAR
-    alone = [own[0] if len(own) == 1 else root for own, root in zip(reported, roots, strict=True)]
-    seen = alone if planar else [replace_box(root) for root in alone]
-    cables = cables_of(loaded if planar else loaded.middle)
-    fields.verdicts[:] = fields_of(cables, lengths, taut, reduced.frame, seen).verdicts
+    for m, (own, root) in enumerate(zip(reported, roots, strict=True)):
+        one = own[0] if len(own) == 1 else root
+        in_plane = planar and not (isinstance(one, Tube) and one.own_points)
+        frame = Frame.plain() if planar and not in_plane else reduced.frame
+        seen = one if in_plane else replace_box(one)
+        cables = cables_of(loaded if in_plane else loaded.middle)
+        fields.verdicts[m] = fields_of(cables, lengths, taut, frame, [seen]).verdicts[0]
     return fields
 
 
@@ -68,20 +74,78 @@ def along_own_lengths(reduced: Reduced, root: Root) -> tuple[Tube, ...]:
     """Return the narrower tube along the cables' own lengths, if there is one and it is the root's.
 
     Both have one zero for every choice, which moves continuously with it: the same one, if it is for one.
+    That of a planar search is one in space.
     """
     if reduced.own is None or not isinstance(root, Tube | GluedTube):
         return ()
-    n = reduced.own.n_taut
-    squares = reduced.own.lengths_sq[:n]
+    model, n = reduced.own, reduced.own.n_taut
+    squares = model.lengths_sq[:n]
     z, part = root.zero_at(squares)
+    if reduced.middle is not None:
+        return in_space(reduced, part, z)
     reduction = reduced.reduction
     if n == MOST_TAUT:
         z = z.copy()
-        z[6:], reduction = float_tensions(reduced.own, root.chart, z), GENERAL
-    found = own_tube(reduced.own, reduction, root.chart, z)
+        z[6:], reduction = float_tensions(model, root.chart, z), GENERAL
+    found = own_tube(model, reduction, root.chart, z)
     if found is None or not part.holds(found_pose(found) if n == MOST_TAUT else found, squares):
         return ()
     return (found,)
+
+
+def in_space(reduced: Reduced, part: Tube, z: Floats) -> tuple[Tube, ...]:
+    """Return the tube in space that goes where z (6 + n,) of a planar one is, if it is the same.
+
+    That is so when its pose for the middle of all data, which has a plane of its own, is in reach of the
+    planar tube: off its polynomial, for the distances of the planar middle points there, by what points and
+    load do.
+    """
+    assert reduced.own is not None and reduced.middle is not None
+    pose = pose_of(Root(part.chart, around(z, 0.0 * z), part.unique, part.core), reduced.middle)
+    chart = best_chart(balls.middle(pose.rotation))
+    where = coordinates(pose, Frame.plain(), chart)
+    if where is None:
+        return ()
+    start = np.array([*map(middle, [*where[0], *where[1]]), *z[6:]])
+    found = own_tube(reduced.own, GENERAL, chart, start)
+    if found is None:
+        return ()
+    core = pose_of(replace_box(found), Frame.plain())
+    where = coordinates(core, reduced.middle, part.chart)
+    return () if where is None or not is_reached(reduced.model, part, *where, core.densities) else (found,)
+
+
+def is_reached(model: Model, part: Tube, u: list[arb], p: list[arb], t: Sequence[arb]) -> bool:
+    """Return whether a zero (u, p, t) for some choice of points and load is proved to be a tube's."""
+    rotation, n = centred_cayley(u) * half_turn(part.chart), model.n_taut
+    squares, off = np.empty(n), np.empty(n)
+    for i in range(n):
+        arm = rotation * balls.vector([arb(x) for x in model.arms[0, i].tolist()])
+        spoke = balls.vector([arb(x) for x in model.exits[i].tolist()]) - balls.vector(p) - arm
+        square = balls.dot(spoke, spoke)
+        squares[i] = middle(square)
+        error = float(model.arms_err[i].sum() + model.exits_err[i].sum())
+        low, high = balls.to_bounds(square)
+        longest = float(np.sqrt(max(high, 0.0))) + error
+        off[i] = max(high - squares[i], squares[i] - low) + 4.0 * error * longest
+    ranged = part.radii_of_squares > 0.0
+    if not (np.abs(squares - part.squares) + off <= part.radii_of_squares)[ranged].all():
+        return False
+    z, _ = part.zero_at(squares)
+    shares = np.where(ranged, off / np.where(ranged, part.radii_of_squares, 1.0), 0.0)
+    swayed = np.abs(part.sways).sum(axis=1)
+    swayed += (np.abs(part.slopes[:, :n]) + 2.0 * part.rests[:, None]) @ shares
+    room = part.reach - (swayed + 1e-12 * (1.0 + np.abs(z).max())) * (1.0 + 1e-12)
+    bounds = np.array([balls.to_bounds(x) for x in (*u, *p, *t)])
+    inside = (z - room < bounds[:, 0]) & (bounds[:, 1] < z + room)
+    # What the plane fixes is so for every static pose, in one of its two mirrored frames.
+    fixed = (bounds[:, 0] <= z) & (z <= bounds[:, 1])
+    return bool(np.where(part.reach > 0.0, inside, fixed).all())
+
+
+def middle(x: arb) -> float:
+    """Return the middle of a ball."""
+    return float(x.mid())
 
 
 def pieces(
@@ -101,7 +165,9 @@ def pieces(
             for array in fields[:-1]:
                 array[m] = np.nan
             continue
-        data = (reduced.model, cables, reduced.frame.bounds)
+        space = part.own_points and reduced.middle is not None
+        frame = Frame.plain() if space else reduced.frame
+        data = (reduced.own if space else reduced.model, cables, frame.bounds)
         tube_data = (part.chart, seen.polynomial, seen.sways, seen.radii)
         fill_tube_fields(forms, symbols, *data, *tube_data, order, fields, m)
     for j, i in enumerate(taut):

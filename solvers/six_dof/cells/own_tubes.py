@@ -74,7 +74,8 @@ def add_own_tubes(search: SubsetSearch, own: Model) -> None:
 
     ``own`` is the search's model with those lengths. The zeros are those of the middle of all data.
     """
-    if search.left == 0 or search.stop is not Stop.EXHAUSTED:
+    if search.left == 0 or search.stop is not Stop.EXHAUSTED or search.model.planar:
+        # Of a plane the model with those lengths has other frames.
         return
     middle = SubsetSearch(middle_of(own), search.reduction, search.budget, search.threads)
     middle.solve()

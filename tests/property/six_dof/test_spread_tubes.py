@@ -392,32 +392,33 @@ def test_a_force_with_a_range_moves_the_poses() -> None:
             assert len(held) == 1 or any(is_in(pose, region) for region in whole.undecided)
 
 
-def test_tubes_are_about_as_wide_as_the_data_move_them() -> None:
+@pytest.mark.parametrize(("name", "given"), [("uc3", UC3), ("uc2", ("7.5", "8"))])
+def test_tubes_are_about_as_wide_as_the_data_move_them(name: str, given: tuple[str, ...]) -> None:
     """The stable pose, by the sum of what each datum moves it."""
-    by, robot = Fraction("0.0005"), load_robot("uc3")
-    lengths = [Fraction(x) for x in UC3]
+    by, robot = Fraction("0.0005"), load_robot(name)
+    lengths = [Fraction(x) for x in given]
 
     def stable(robot: Robot, lengths: Sequence[Fraction]) -> Any:
-        found = forward_kinematics(robot, lengths, taut=range(3)).solutions
+        found = forward_kinematics(robot, lengths, taut=range(len(lengths))).solutions
         (pose,) = [pose for pose in found if pose.stability == "stable"]
         return pose.position.mean(axis=1)
 
     reach = np.zeros(3)
-    for i in range(3):
+    for i in range(len(lengths)):
         ends = [[x + sign * by * (k == i) for k, x in enumerate(lengths)] for sign in (-1, 1)]
-        reach += np.abs(np.subtract(*(stable(robot, end) for end in ends)))
-        for name in ("frame_anchor", "platform_anchor"):
+        reach += np.abs(np.subtract(*(stable(robot, at) for at in ends)))
+        for end in ("frame_anchor", "platform_anchor"):
             for axis in range(3):
                 moved = []
                 for sign in (-1, 1):
-                    point = list(getattr(robot.cables[i], name))
+                    point = list(getattr(robot.cables[i], end))
                     point[axis] += sign * by
                     cables = list(robot.cables)
-                    cables[i] = cables[i].replace(**{name: tuple(point)})
+                    cables[i] = cables[i].replace(**{end: tuple(point)})
                     moved.append(stable(robot.replace(cables=tuple(cables)), lengths))
                 reach += np.abs(np.subtract(*moved))
     ranged = with_ranges(robot, "0.0005")
-    whole = forward_kinematics(ranged, plus_minus(UC3, "0.0005"), taut=range(3))
+    whole = forward_kinematics(ranged, plus_minus(given, "0.0005"), taut=range(len(lengths)))
     (tube,) = [entry for entry in whole.solutions if entry.stability == "stable"]
     wide = np.ptp(tube.position, axis=1)
     assert np.all(wide >= 0.999 * reach) and np.all(wide <= 1.1 * reach)

@@ -25,6 +25,7 @@ from solvers.proofs.check import Proof
 from solvers.questions.force import ZERO
 from solvers.report.judgement import Kind, judge, judge_batch, left_open
 from solvers.report.page import result_page
+from solvers.report.palette import TUBE
 from solvers.report.plots import robot_figure, scatter_figure, step
 from solvers.report.scene import axis_range, bins, hanging, labels, region, scene, space
 from solvers.report.source import ResultSource
@@ -108,6 +109,22 @@ def test_what_switches_and_what_nothing_bounds(merlet):
     assert left_open(changed) == left_open(result)
     unproved = replace(changed.solutions[0], existence=Certainty.UNDECIDED, note="why")
     assert "1 entry not proved" in left_open(replace(changed, solutions=(unproved,)))
+
+
+def test_a_tube_is_drawn_as_boxes_around_the_anchors():
+    """Twelve edges for each; nothing of exact data."""
+    robot = load_robot("uc3")
+    ranged = forward_kinematics(robot, "7.5+-0.001,8,7", taut="c1,c2,c3")
+    assert ranged.outcome == "complete"
+    exact = forward_kinematics(robot, "7.5,8,7", taut="c1,c2,c3")
+    assert all(not len(scene(robot, s, exact.lengths, 1).tube) for s in exact.solutions)
+    for solution in ranged.solutions:
+        drawn = scene(robot, solution, ranged.lengths, 1)
+        boxes = drawn.tube.reshape(3, 24, 3)
+        low, high = boxes.min(axis=1), boxes.max(axis=1)
+        inside = [np.all((low - 1e-4 <= at) & (at <= high + 1e-4), axis=1).any() for at in drawn.platform]
+        assert all(inside) and (high - low).max() < 0.05
+        assert any(trace.line.color == TUBE for trace in robot_figure(robot, ranged).data)
 
 
 def test_a_region_is_drawn_with_its_twelve_edges():
