@@ -14,8 +14,8 @@ from cdpr_interval.mechanics.six_dof.frame import Pose, centred_cayley, half_tur
 from solvers.answers.data import Undecided
 from solvers.questions.problem import Problem
 from solvers.six_dof.cells.kinds import POSE_CELLS, ROTATION_CELLS, CellKind
+from solvers.six_dof.cells.lift import may_lift
 from solvers.six_dof.cells.subset_search import SubsetSearch
-from solvers.six_dof.lift import may_lift
 from solvers.six_dof.reduction import Reduced
 from solvers.six_dof.solution import origin
 

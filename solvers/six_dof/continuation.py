@@ -35,7 +35,6 @@ from cdpr_interval.kernels.rounding import down, up
 from cdpr_interval.kernels.second_order import Symbols, bounds
 from cdpr_interval.mechanics.six_dof import system as newton
 from cdpr_interval.mechanics.six_dof.form_system import Z, excess, rotation_forms
-from cdpr_interval.mechanics.six_dof.rows import MOST_TAUT
 from cdpr_interval.mechanics.six_dof.tube import (
     LANE,
     NONE,
@@ -45,6 +44,7 @@ from cdpr_interval.mechanics.six_dof.tube import (
     polynomial,
     proved_within,
 )
+from cdpr_interval.mechanics.six_dof.tube_terms import column_of, levelled
 from solvers.six_dof.track import GONE, LOOSE, NEWTON_STEPS, OTHER, TIGHT, TRACKED, contract, holds
 
 Floats = NDArray[np.float64]
@@ -53,8 +53,6 @@ Ints = NDArray[np.int64]
 SHARE = 0.03
 """Radii without a second zero over what a piece of the way moves the pose. Larger ones need shorter pieces:
 of the way to +-0.1 mm a platform of 0.5 m goes 42 % with 0.25, 97 % with 0.03, where a cable may be loose."""
-LEVEL = 0.05
-"""Least radius over the largest, in units of each unknown."""
 NEAR = 1.0 / 32.0
 """Shortest piece, over the whole way, before a place where a cable may switch; ``cross`` goes on there."""
 ROOM = 4.0
@@ -67,9 +65,6 @@ CONTRACTIONS = 3
 """Of the last enclosure, by the operator of Krawczyk."""
 ROUNDED = 4e-16
 """Covers the rounding of a few operations, relative."""
-QUADRATIC = 1 + MOST_TAUT
-"""The column of a form where its coefficients of second order begin."""
-TERMS = QUADRATIC + MOST_TAUT * (MOST_TAUT + 1) // 2
 
 
 class Link(NamedTuple):
@@ -126,14 +121,6 @@ def place_on(model: Any, before: Any, after: Any, at: float, delta: Any, off: An
         # Where the way goes far the place is as exact as its longer end.
         longest = max(before[i, 1], after[i, 1])
         off[i] = min(10.0 * ROUNDED * longest * longest / size, 2.0)
-
-
-@kernel()
-def column_of(i: int, j: int) -> int:
-    """Return the column of the product of the symbols i <= j."""
-    if i == j:
-        return QUADRATIC + i
-    return QUADRATIC + MOST_TAUT + i * MOST_TAUT - i * (i + 1) // 2 + j - i - 1
 
 
 @kernel()
@@ -233,22 +220,6 @@ def end_box(F: Any, model: Any, after: Any, free: Any, w: Any, z: Any, box: Any)
         radius = up(radius * (1.0 + 1e-12) + w[i])
         z[free[i]] = value
         box[free[i], 0], box[free[i], 1] = down(value - radius), up(value + radius)
-
-
-@kernel()
-def levelled(F: Any, size: float, free: Any, v: Any) -> None:
-    """Raise radii v (m,) that are small beside the others: what moves one unknown is in all equations."""
-    most, reach = 0.0, 0.0
-    for i in range(free.shape[0]):
-        if free[i] >= 6:
-            most = max(most, abs(F[Z + free[i], 0, LANE]))
-    for i in range(free.shape[0]):
-        scale = 1.0 if free[i] < 3 else (size if free[i] < 6 else most)
-        if scale > 0.0:
-            reach = max(reach, v[i] / scale)
-    for i in range(free.shape[0]):
-        scale = 1.0 if free[i] < 3 else (size if free[i] < 6 else most)
-        v[i] = max(v[i], LEVEL * reach * scale)
 
 
 @kernel()

@@ -19,10 +19,11 @@ from cdpr_interval.kernels import interval
 from cdpr_interval.kernels.kernel import entry, kernel, part
 from cdpr_interval.kernels.lanes import splat
 from cdpr_interval.kernels.rounding import down, up
-from cdpr_interval.kernels.second_order import bounds, combine2, copy, largest
+from cdpr_interval.kernels.second_order import bounds, combine2, constant, copy, largest
 from cdpr_interval.mechanics.six_dof import system as newton
 from cdpr_interval.mechanics.six_dof.form_system import Z
 from cdpr_interval.mechanics.six_dof.tube import (
+    GIVEN,
     INVERSE,
     NONE,
     OUT,
@@ -35,6 +36,7 @@ from cdpr_interval.mechanics.six_dof.tube import (
     polynomial,
     proved_within,
 )
+from cdpr_interval.mechanics.six_dof.tube_terms import levelled
 from solvers.six_dof.continuation import (
     ROOM,
     SHARE,
@@ -42,7 +44,6 @@ from solvers.six_dof.continuation import (
     carries,
     end_box,
     keep_link,
-    levelled,
     linked,
     place_on,
     polynomial_at,
@@ -94,6 +95,7 @@ def both_polynomials(
     """
     n, m = model.n_taut, z.shape[0]
     free, rows, C, other = np.arange(m), np.eye(6), np.empty((m - 1, m - 1)), np.empty(m)
+    constant(F, GIVEN, splat(0.0), splat(0.0), S)
     for i in range(n - 1):
         slack_data[i, 6, 0], slack_data[i, 6, 1] = data[i, 6, 0], data[i, 6, 1]
     if not newton.improve(data, rows, free, z, B, NEWTON_STEPS):

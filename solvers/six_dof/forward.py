@@ -18,6 +18,7 @@ from solvers.six_dof.cells.halves import cut_lengths
 from solvers.six_dof.cells.own_tubes import add_own_tubes
 from solvers.six_dof.cells.roots import Root, lies_in, pose_of
 from solvers.six_dof.cells.subset_search import SubsetSearch
+from solvers.six_dof.cells.tube_prover import TubeProver
 from solvers.six_dof.clusters import anywhere, clusters
 from solvers.six_dof.families_point import point_solution, poses_at
 from solvers.six_dof.hanging import hangs_by_centre
@@ -35,6 +36,7 @@ from solvers.six_dof.solution import (
     pose_solution,
     solve_densities,
 )
+from solvers.six_dof.switching import Searched, with_switching
 from solvers.six_dof.tube_report import tube_fields
 from solvers.six_dof.turning import (
     Axis,
@@ -110,6 +112,8 @@ class Run:
         """Smaller subsets come first; of one subset alone the parts are solved when they are needed."""
         self.robot = problem.loaded
         self.lengths = lengths_of(problem)
+        self.searched: list[Searched] = []
+        """What was searched over ranges of lengths."""
 
     def solve_subset(self, taut: tuple[int, ...]) -> None:
         """Solve one subset and keep what it gives."""
@@ -187,9 +191,11 @@ class Run:
             self.reporter(found),
             observer,
         )
+        coarse = subset.undecided
         parts = None if self.options.parts is None else self.options.parts.get((taut, frame))
         if parts is None:
             subset.solve()
+            coarse = subset.undecided
             cut_lengths(subset)
             if reduced.own is not None:
                 add_own_tubes(subset, reduced.own)
@@ -206,17 +212,21 @@ class Run:
         roots = distinct(subset.roots, reduced.reduction)
         if kind.vertical and kind.rod:
             roots = one_of_each_torus(roots)
-        self.add_roots(taut, kind, reduced, roots, found)
-        found.undecided += clusters(self.problem, taut, reduced, subset, kind.vertical or kind.rod)
+        own = Searched(taut, reduced, subset, coarse, self.add_roots(taut, kind, reduced, roots, found))
+        own.regions = clusters(self.problem, taut, reduced, subset, kind.vertical or kind.rod)
+        found.undecided += own.regions
+        if isinstance(subset.prover, TubeProver) and not (kind.vertical or kind.rod):
+            self.searched.append(own)
 
     def add_roots(
         self, taut: tuple[int, ...], kind: Classification, reduced: Reduced, roots: list[Root], found: Found
-    ) -> None:
-        """Add the solutions or families of proved roots."""
+    ) -> list[tuple[Root, Solution]]:
+        """Add the solutions or families of proved roots; return which root is which solution."""
+        pairs: list[tuple[Root, Solution]] = []
         if kind.vertical or kind.rod:
             for root in roots:
                 self.add_root(taut, kind, reduced, root, found)
-            return
+            return pairs
         if any(root.parts for root in roots):
             fields = tube_fields(self.robot, self.lengths, taut, reduced, roots)
         else:
@@ -224,10 +234,13 @@ class Run:
         multiply_tensions(fields, self.robot.load_factor)
         solutions = decided_solutions(self.options, self.lengths, taut, fields)
         for root, (decided, solution) in zip(roots, solutions, strict=True):
+            before = len(found.solutions)
             if not decided:
                 self.add_root(taut, kind, reduced, root, found)
             elif solution is not None:
                 found.solutions.append(solution)
+            pairs += [(root, one) for one in found.solutions[before:]]
+        return pairs
 
     def add_root(
         self, taut: tuple[int, ...], kind: Classification, reduced: Reduced, root: Root, found: Found
@@ -293,18 +306,24 @@ class Run:
 
         return report
 
+    @property
+    def asks_for_poses(self) -> bool:
+        """Whether static poses of all subsets are asked for: then one that changes its taut cables is one."""
+        options = self.options
+        return self.problem.taut is None and not (options.ignore_slack or options.ignore_tension_sign)
+
     def answer(self) -> Answer:
         """Assemble what all subsets gave."""
         stop = self.budget.stop() or self.stopped
         pending = sum(f.pending for _, f, _ in self.found)
+        found = [s for _, f, _ in self.found for s in f.solutions]
+        regions = [u for _, f, _ in self.found for u in f.undecided]
         with balls.precision():
-            solutions, undecided = settle(
-                self.problem,
-                self.options,
-                [s for _, f, _ in self.found for s in f.solutions],
-                [u for _, f, _ in self.found for u in f.undecided],
-                complete=not pending,
-            )
+            if self.asks_for_poses and self.searched and not pending:
+                found, regions = with_switching(
+                    self.problem, self.searched, found, regions, self.budget, self.options.threads
+                )
+            solutions, undecided = settle(self.problem, self.options, found, regions, complete=not pending)
         reason = StopReason(stop.value) if stop is not None and pending else StopReason.EXHAUSTED
         nothing = not (solutions or undecided or pending)
         return Answer(

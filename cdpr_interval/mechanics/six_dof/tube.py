@@ -51,6 +51,7 @@ from cdpr_interval.kernels.second_order import (
     bounds,
     close,
     columns,
+    combine2,
     constant,
     copy,
     largest,
@@ -68,6 +69,8 @@ SLOPES = TABLE.take("SLOPES", MOST_UNKNOWNS * MOST_UNKNOWNS)
 INVERSE = TABLE.take("INVERSE", MOST_UNKNOWNS * MOST_UNKNOWNS)
 """C(delta)."""
 OUT = TABLE.take("OUT")
+GIVEN = TABLE.take("GIVEN")
+"""The value of a tension that is given instead of its cable's length."""
 TAUT_ONE = TABLE.take("TAUT_ONE", MOST_UNKNOWNS)
 SLACK_ONE = TABLE.take("SLACK_ONE", MOST_UNKNOWNS)
 """Polynomials kept for later: of the system with a cable's length, and of that with its tension 0."""
@@ -102,11 +105,11 @@ def place(i: int, j: int) -> int:
 def keep_forms(F: Forms, n: int, rows: Any, free: Any, loose: int, slopes: bool, S: Symbols) -> None:
     """Copy the equations that are kept, and their derivatives by the free unknowns.
 
-    Of the cable ``loose``, if any, the equation is t = 0 instead of its length.
+    Of the cable ``loose``, if any, the equation is t = GIVEN instead of its length.
     """
     for i in range(free.shape[0]):
         if i == loose:
-            copy(F, KEPT + i, Z + 6 + i, S)
+            combine2(F, KEPT + i, Z + 6 + i, splat(1.0), GIVEN, splat(-1.0), S)
             if slopes:
                 for j in range(free.shape[0]):
                     own = 1.0 if free[j] == 6 + i else 0.0
@@ -342,7 +345,7 @@ def polynomial(
 ) -> None:
     """Write the polynomial of degree two through a zero z (6 + n,) at the middle of the data to the rows Z.
 
-    ``C`` (m, m) is near the inverse of the derivative there. ``loose`` is the cable of which t = 0 is the
+    ``C`` (m, m) is near the inverse of the derivative there. ``loose`` is the cable of which t = GIVEN is the
     equation instead of its length, ``NONE`` for none.
     """
     for k in range(6 + model.n_taut):

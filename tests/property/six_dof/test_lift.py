@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from cdpr_interval.exact.range import Range
 from cdpr_interval.mechanics.rotation import HALF_TURNS
 from cdpr_interval.mechanics.six_dof.arrays import Model, build_model
-from solvers.six_dof.lift import may_lift
+from solvers.six_dof.cells.lift import may_lift
 
 Vector = tuple[Fraction, Fraction, Fraction]
 BARELY = Fraction(1, 10**9)
