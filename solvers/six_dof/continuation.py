@@ -18,7 +18,8 @@ Arrays, for n taut cables of N and m equations, taut cables first: ``F`` (rows, 
 forms with the rows of ``tube.TABLE``; ``model`` is an ``arrays.Model`` whose lengths are written; ``data``
 (n + 1, 7, 2) as in ``six_dof.track``; ``before, after`` (N, 2) lengths in m; ``free`` (m,), ``rows`` (m - n,
 6); ``C`` (m, m) the inverse of the derivative, ``E`` (m, m, 2); ``v, w`` (m,) radii; ``z`` (6 + n,); ``delta,
-off`` (n,); ``box`` (6 + n, 2); ``link`` is a ``Link``.
+off`` (n,); ``box`` (6 + n, 2); ``note`` (7 + n, 2) the shares of the way where a part of it begins and ends,
+and bounds of its zeros; ``link`` is a ``Link``.
 """
 
 from __future__ import annotations
@@ -236,6 +237,18 @@ def end_box(F: Any, model: Any, after: Any, free: Any, w: Any, z: Any, box: Any)
 
 
 @kernel()
+def note_part(
+    F: Any, model: Any, before: Any, after: Any, first: float, last: float, free: Any, w: Any, note: Any
+) -> None:
+    """Write where a part of the way begins and ends, and bounds of its zeros for all choices, to ``note``."""
+    lengths, z = np.empty(before.shape), np.empty(6 + model.n_taut)
+    for i in range(before.shape[0]):
+        lengths[i, 0], lengths[i, 1] = piece_of_way(before, after, first, last, i)
+    note[0, 0], note[0, 1] = first, last
+    end_box(F, model, lengths, free, w, z, note[1:])
+
+
+@kernel()
 def levelled(F: Any, size: float, free: Any, v: Any) -> None:
     """Raise radii v (m,) that are small beside the others: what moves one unknown is in all equations."""
     most, reach = 0.0, 0.0
@@ -333,7 +346,7 @@ def contracted(data: Any, rows: Any, free: Any, after: Any, z: Any, C: Any, box:
 @entry()
 def follow(
     F: Any, S: Any, model: Any, data: Any, chart: int, rows: Any, free: Any, before: Any, after: Any,
-    start: float, near: float, link: Any, z: Any, box: Any,
+    start: float, near: float, link: Any, z: Any, box: Any, notes: Any,
 ) -> tuple[int, int, int, float, float]:  # fmt: skip
     """Prove the pose that the last one becomes while the lengths go straight from ``before`` to ``after``.
 
@@ -349,6 +362,8 @@ def follow(
         The last pose, and where a pose was found, written.
     box : (6 + n, 2)
         Where followed, the enclosure of the pose for all lengths after.
+    notes : (K, 7 + n, 2)
+        Written, for the first K pieces; K may be 0.
 
     Returns
     -------
@@ -368,6 +383,8 @@ def follow(
             F, S, model, data, chart, rows, free, before, after, here, there, link, z, C, w
         )
         if status == TRACKED:
+            if pieces < notes.shape[0]:
+                note_part(F, model, before, after, here, there, free, w, notes[pieces])
             here, step, pieces = there, 2.0 * step, pieces + 1
             if here == 1.0:
                 end_box(F, model, after, free, w, z, box)
