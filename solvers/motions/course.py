@@ -92,7 +92,7 @@ class Course:
         rows = [Row(row.time, tuple(((lo + hi) / 2,) * 2 for lo, hi in row.lengths)) for row in self.rows]
         return Course(tuple(rows))
 
-    def widened(self, tolerance: Fraction) -> Course:
+    def widened(self, tolerance: Fraction, label: str) -> Course:
         """Return the course with every exact length within so many m of what it says."""
         if not tolerance:
             return self
@@ -100,7 +100,7 @@ class Course:
         for row in self.rows:
             lengths = [(a - tolerance, b + tolerance) if a == b else (a, b) for a, b in row.lengths]
             if any(lo <= 0 for lo, _ in lengths):
-                raise InputError(f"tolerance: a length at {float(row.time):g} s is not longer than it")
+                raise InputError(f"{label}: a length at {float(row.time):g} s is not longer than that")
             rows.append(Row(row.time, tuple(lengths)))
         return Course(tuple(rows))
 

@@ -142,7 +142,7 @@ class MotionData(Described):
     question: MotionQuestion
     """What was asked."""
     outcome: Outcome
-    """Complete: every stable pose of the start, or the one asked for, is proved from the first time to the last."""
+    """Complete: every stable pose of the start, or the one asked for, is proved to the last time."""
     stop_reason: StopReason
     """Why it ended; exhausted means that nothing stopped it."""
     message: str
@@ -154,7 +154,7 @@ class MotionData(Described):
     events: tuple[Event, ...]
     """Of the same pose."""
     others: tuple[Track, ...]
-    """The other stable poses of the start, followed likewise; empty where there is one, or one was asked for."""
+    """The other stable poses of the start, followed likewise; empty where one was asked for."""
     time: float
     """Wall time."""
     provenance: Provenance | None = None

@@ -12,7 +12,7 @@ from typing import Any
 
 from cdpr_interval.engine.budget import Budget, Stop
 from cdpr_interval.errors import CdprError, InputError
-from cdpr_interval.mechanics.loaded import NO_FORCE
+from cdpr_interval.mechanics.loaded import NO_FORCE, loaded
 from cdpr_interval.robots.cable_robot import Robot
 from cdpr_interval.robots.formats.given import require_robot
 from cdpr_interval.text.count import counted
@@ -38,8 +38,9 @@ from solvers.motions.result import Motion
 from solvers.motions.start import Starts, chosen, mover_of, question_at_start
 from solvers.motions.trail import Span, Trail, lead
 from solvers.questions.checked import require_treated, uncertain_data
+from solvers.questions.errors import InputErrors
 from solvers.questions.force import no_load
-from solvers.questions.problem import Problem, Progress
+from solvers.questions.problem import Progress
 
 STOPPED = {Stop.TIME_LIMIT: "stopped at the time limit", Stop.INTERRUPTED: "interrupted"}
 
@@ -144,24 +145,37 @@ def motion_problem(
     tolerance: Any = 0,
     near: Any = None,
     step: Any = None,
+    label: Callable[[str], str] = str,
 ) -> MotionProblem:
-    """Return the checked question; raise `InputError` or `NotSupportedError` otherwise."""
+    """Return the checked question; ``label`` names a parameter in messages.
+
+    Raises
+    ------
+    InputError
+        With one message per rule that is broken.
+    NotSupportedError
+        No solver of this version can treat the robot.
+    """
     require_treated(robot, uncertain_data(robot, asker="motion"))
     require_treated(robot, class_of(robot).refuses(robot))
+    errors, names, file = InputErrors(), robot.cable_names, None
     if isinstance(lengths, str | os.PathLike):
-        course, file = read_course(Path(lengths), os.fspath(lengths), robot.cable_names), os.fspath(lengths)
+        file = os.fspath(lengths)
+        course = errors.read(read_course, Path(file), file, names)
     else:
-        course, file = given_course(lengths, robot.cable_names), None
-    width = _quantity(tolerance, "tolerance")
-    if width < 0:
-        raise InputError(f"tolerance: must not be negative, got {float(width):g}")
-    longest = None if step is None else _quantity(step, "step")
+        course = errors.read(given_course, lengths, names)
+    width = errors.read(_quantity, tolerance, label("tolerance"))
+    longest = None if step is None else errors.read(_quantity, step, label("step"))
+    place = None if near is None else errors.read(_place, near, label("start"))
+    if width is not None and width < 0:
+        errors.add(f"{label('tolerance')}: must not be negative, got {float(width):g}")
     if longest is not None and longest <= 0:
-        raise InputError(f"step: must be positive, got {float(longest):g}")
-    place = None if near is None else _place(near)
-    if (complaint := no_load(Problem(robot, course.rows[0].lengths).loaded)) is not None:
-        raise InputError(complaint)
-    return MotionProblem(robot, course.widened(width), file, width, longest, place)
+        errors.add(f"{label('step')}: must be positive, got {float(longest):g}")
+    if (complaint := no_load(loaded(robot))) is not None:
+        errors.add(complaint)
+    errors.require_none()
+    assert course is not None and width is not None
+    return MotionProblem(robot, course.widened(width, label("tolerance")), file, width, longest, place)
 
 
 def solve_motion(problem: MotionProblem, options: MotionOptions) -> Motion:
@@ -169,7 +183,8 @@ def solve_motion(problem: MotionProblem, options: MotionOptions) -> Motion:
     begun = time.perf_counter()
     with options.budget.listening():
         starts, stop = _starts(problem, options)
-        tracks = [_track(problem, one, number, len(starts.poses), options) for number, one in enumerate(starts.poses)]
+        count = len(starts.poses)
+        tracks = [_track(problem, one, k, count, options) for k, one in enumerate(starts.poses)]
     stop = stop or options.budget.stop()
     outcome, message = _verdict(problem, starts, tracks, stop)
     first = tracks[0] if tracks else None
@@ -220,10 +235,10 @@ def _track(problem: MotionProblem, start: Solution, number: int, count: int, opt
     course = problem.course
     names = problem.robot.cable_names
 
-    def tell(reached: Fraction) -> None:
+    def tell(trail: Trail) -> None:
         if options.progress is not None:
-            share = (number + float((reached - course.begin) / (course.end - course.begin))) / count
-            options.progress(Progress(0, 0, 1.0 - share, 0, 0, 1, done=share))
+            share = (number + float((trail.reached - course.begin) / (course.end - course.begin))) / count
+            options.progress(Progress(trail.proofs, 0, 1.0 - share, 0, 0, 1, done=share))
 
     try:
         mover = mover_of(problem.robot, start, course.bounds(course.begin))
@@ -235,9 +250,7 @@ def _track(problem: MotionProblem, start: Solution, number: int, count: int, opt
     if trail.stop is not None:
         events.append(EventData(trail.reached, course.end, EventKind.LOST, reason=STOPPED[trail.stop]))
     elif trail.reason:
-        events.append(
-            ending(problem.robot, course, trail, mover.here, options.budget, options.threads)
-        )
+        events.append(ending(problem.robot, course, trail, mover.here, options.budget, options.threads))
     segments: tuple[Segment, ...] = tuple(map(segment_of, trail.spans))
     return Track(pose_data(start), segments, tuple(event.rounded() for event in events))
 
@@ -268,9 +281,9 @@ def _verdict(
             return Outcome.COMPLETE, f"no stable pose at the start: {starts.message}"
         return Outcome.INCOMPLETE, f"no stable pose is proved at the start: {starts.message}"
     several = f"{counted(len(tracks), 'stable pose')} at the start; " if len(tracks) > 1 else ""
-    parts = list(dict.fromkeys(_sentence(problem.course, track.events) for track in tracks))
+    parts = [_sentence(problem.course, track.events) for track in tracks]
     if several:
-        parts = [f"({number}) {_sentence(problem.course, track.events)}" for number, track in enumerate(tracks, 1)]
+        parts = [f"({k}) {_sentence(problem.course, track.events)}" for k, track in enumerate(tracks, 1)]
     message = several + "; ".join(parts)
     if not starts.is_complete:
         message += f"; the search at the start is not complete: {starts.message}"
@@ -309,9 +322,9 @@ def _quantity(given: Any, label: str) -> Fraction:
         raise InputError(f"{label}: {error}") from None
 
 
-def _place(given: Any) -> tuple[float, float, float]:
+def _place(given: Any, label: str) -> tuple[float, float, float]:
     try:
         x, y, z = (float(exact_number(value)) for value in given)
     except (ValueError, TypeError):
-        raise InputError(f"start: must hold x, y and z in m, got {given!r}") from None
+        raise InputError(f"{label}: must hold x, y and z in m, got {given!r}") from None
     return x, y, z

@@ -37,6 +37,8 @@ class PlatformMover:
         It cannot be proved anew for all the lengths.
     """
 
+    finest = 1.0
+
     def __init__(self, robot: Robot, start: Solution, lengths: Bounds) -> None:
         view, body = loaded(robot), Body(robot)
         place = place_of(body, start)
@@ -69,7 +71,7 @@ class PlatformMover:
         before = self._way.known.lengths
         arrived = self._way.go(self._chart, self._charts[self._chart], self._load, lengths, notes)
         if arrived.status != TRACKED:
-            return Moved((), reason_of(self._names, arrived.status, arrived.cable, "there"))
+            return Moved(0.0, (), reason_of(self._names, arrived.status, arrived.cable, "there"))
         assert arrived.known is not None
         taut = arrived.known.taut
         if arrived.open >= 0:
@@ -77,13 +79,13 @@ class PlatformMover:
         notes.append(Noted(1.0, 1.0, taut, arrived.boxes, arrived.open))
         *stretches, here = (self._stretch(note, before, lengths) for note in notes)
         if not np.isfinite(here.position).all():
-            return Moved((), reason_of(self._names, GONE, -1, "there"))
+            return Moved(0.0, (), reason_of(self._names, GONE, -1, "there"))
         self._way.arrive(arrived)
         if arrived.open < 0:
             _pin(arrived.known, arrived.boxes[0])
         self._turn_chart()
         self._here = here
-        return Moved(tuple(stretches), "")
+        return Moved(1.0, tuple(stretches), "")
 
     def _stretch(self, note: Noted, before: Bounds, after: Bounds) -> Stretch:
         """Return what a part of a way proves of the pose."""
@@ -117,7 +119,7 @@ class PlatformMover:
 def _pin(known: Known, box: Bounds) -> None:
     """Let a pose be known as well as its box (6 + n, 2) says, each unknown where that is better.
 
-    The zero for the middles of the lengths lies in the box, too. A pose known better goes on nearer to a fold.
+    The zero for the middles of the lengths lies in the box, too. What is known better goes nearer to a fold.
     """
     chosen = np.array([*range(6), *(6 + i for i in known.taut)])
     middle = 0.5 * box[:, 0] + 0.5 * box[:, 1]

@@ -12,7 +12,7 @@ import numpy as np
 from cdpr_interval.exact.enclosure import Bounds
 from cdpr_interval.mechanics.stability import Stability
 from cdpr_interval.robots.cable_robot import Robot
-from solvers.answers.data import Outcome, Solution
+from solvers.answers.data import Solution, StopReason
 from solvers.answers.result import Result
 from solvers.classes import class_of
 from solvers.motions.course import Course
@@ -41,7 +41,9 @@ def question_at_start(robot: Robot, course: Course) -> Sequence[Any]:
 def chosen(result: Result, near: Sequence[float] | None) -> Starts:
     """Return the stable poses of a result, or the one nearest to a place (x, y, z) in m."""
     stable = [s for s in result.solutions if s.is_proved and s.stability is Stability.STABLE]
-    is_complete = result.outcome is Outcome.COMPLETE
+    # A pose with an open cable is one that is known, too.
+    ends = result.stop_reason is StopReason.EXHAUSTED and not (result.undecided or result.pending)
+    is_complete = ends and all(s.is_proved for s in result.solutions)
     if near is not None and stable:
         nearest = min(stable, key=lambda s: math.dist(s.nominal.position, near))
         return Starts((nearest,), True, result.message)

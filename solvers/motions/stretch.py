@@ -62,21 +62,26 @@ class Stretch:
 class Moved(NamedTuple):
     """What came of a way."""
 
+    share: float
+    """Of the way that the pose has gone, 0 to 1: all before is proved."""
     stretches: tuple[Stretch, ...]
-    """One after the other, from share 0 to 1; none where that is not proved."""
+    """One after the other, from share 0 to ``share``."""
     reason: str
-    """Why it is not proved, one sentence; else empty."""
+    """Why it goes no further, one sentence; empty at the end of the way."""
 
 
 class Mover(Protocol):
     """One static pose that goes along with its lengths."""
+
+    finest: float
+    """Least share of a way that it tries on its own."""
 
     @property
     def here(self) -> Stretch:
         """Where it is now, for the last lengths."""
 
     def mark(self) -> object:
-        """Return what `back_to` takes."""
+        """Return what `back_to` takes; None where a shorter way would not help."""
 
     def back_to(self, place: Any) -> None:
         """Be again where and how the pose was at a mark."""
@@ -86,9 +91,8 @@ class Mover(Protocol):
 
         Guarantee
         ---------
-        Where that is proved, the pose is there now. For every choice of the lengths before and of those after
-        it has moved continuously, at any share of the way within the stretch of that share. Where it is not,
-        it has stayed.
+        As far as that is proved, the pose has gone. For every choice of the lengths before and of those after
+        it has moved continuously, at any share of the way within the stretch of that share.
         """
 
 

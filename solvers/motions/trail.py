@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
+from itertools import pairwise
 
 from cdpr_interval.engine.budget import Budget, Stop
 from solvers.motions.course import Course
@@ -41,6 +42,8 @@ class Trail:
     """Why it goes no further, one sentence; empty at the end of the course."""
     stop: Stop | None = None
     """The budget that ended it."""
+    proofs: int = 0
+    """Ways that were tried."""
 
 
 def lead(
@@ -48,7 +51,7 @@ def lead(
     course: Course,
     knots: Sequence[Fraction],
     budget: Budget,
-    told: Callable[[Fraction], None] | None = None,
+    told: Callable[[Trail], None] | None = None,
 ) -> Trail:
     """Lead a pose from knot to knot, forwards or backwards.
 
@@ -62,17 +65,17 @@ def lead(
     budget : Budget
         Looked at before every proof.
     told : callable, optional
-        Called with the time that is reached.
+        Called with the trail, at every knot.
     """
     trail = Trail(knots[0])
-    for knot, following in zip(knots, knots[1:], strict=False):
+    for knot, following in pairwise(knots):
         own: list[Span] = []
         _to_knot(mover, course, following - knot, following, budget, trail, own)
         trail.spans += own
         if trail.reason or trail.stop is not None:
             break
         if told is not None:
-            told(trail.reached)
+            told(trail)
     return trail
 
 
@@ -89,25 +92,26 @@ def _to_knot(
 
     After a long way it may not be known well enough to go on: then that one is taken back, and gone in parts.
     """
-    step, undone, last = way, 0, None
+    step, undone, last, least = way, 0, None, SHORTEST * abs(way) / Fraction(mover.finest)
     while trail.reached != knot:
         if (stop := budget.stop()) is not None:
             trail.stop = stop
             return
         step = min(step, knot - trail.reached, key=abs)
-        there, place = trail.reached + step, mover.mark()
-        moved = mover.go(course.bounds(there))
+        before, place, whole = trail.reached, mover.mark(), list(spans)
+        moved = mover.go(course.bounds(before + step))
+        trail.proofs += 1
+        for one in moved.stretches:
+            begin, end = (before + step * Fraction(float(x)) for x in (one.first, one.last))
+            _add(spans, Span(begin, end, one))
+        trail.reached = before + step * Fraction(moved.share)
         if not moved.reason:
-            last = trail.reached, step, place, list(spans)
-            for stretch in moved.stretches:
-                first, end = (trail.reached + step * Fraction(x) for x in (stretch.first, stretch.last))
-                _add(spans, Span(first, end, stretch))
-            trail.reached, step = there, GROWTH * step
+            last, step = (before, step, place, whole), GROWTH * step
             continue
         step /= 2
-        if abs(step) >= SHORTEST * abs(way):
+        if abs(step) >= least:
             continue
-        if last is None or undone == MOST_UNDONE or abs(last[1]) < 2 * SHORTEST * abs(way):
+        if last is None or last[2] is None or undone == MOST_UNDONE or abs(last[1]) < 2 * least:
             trail.reason = moved.reason
             return
         trail.reached, step, place, spans[:] = last

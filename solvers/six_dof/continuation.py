@@ -64,6 +64,8 @@ SHORTEST = 1.0 / 1024.0
 """Of a piece, over the whole way: what is not proved over that is not proved."""
 MOST_PIECES = 256
 """Tried on one way: a bound of the time a call takes."""
+NOTED_PARTS = 8
+"""Of a part of the way that is noted: its bounds are the hull of theirs."""
 CONTRACTIONS = 3
 """Of the last enclosure, by the operator of Krawczyk."""
 ROUNDED = 4e-16
@@ -240,12 +242,24 @@ def end_box(F: Any, model: Any, after: Any, free: Any, w: Any, z: Any, box: Any)
 def note_part(
     F: Any, model: Any, before: Any, after: Any, first: float, last: float, free: Any, w: Any, note: Any
 ) -> None:
-    """Write where a part of the way begins and ends, and bounds of its zeros for all choices, to ``note``."""
-    lengths, z = np.empty(before.shape), np.empty(6 + model.n_taut)
-    for i in range(before.shape[0]):
-        lengths[i, 0], lengths[i, 1] = piece_of_way(before, after, first, last, i)
+    """Write where a part of the way begins and ends, and bounds of its zeros for all choices, to ``note``.
+
+    The bounds are the hull of those of shorter parts: along the way the lengths change together.
+    """
+    count = before.shape[0]
+    lengths, z, box = np.empty((count, 2)), np.empty(6 + model.n_taut), np.empty((6 + model.n_taut, 2))
     note[0, 0], note[0, 1] = first, last
-    end_box(F, model, lengths, free, w, z, note[1:])
+    note[1:, 0], note[1:, 1] = np.inf, -np.inf
+    here = first
+    for k in range(1, NOTED_PARTS + 1):
+        there = last if k == NOTED_PARTS else first + (last - first) * (k / NOTED_PARTS)
+        for i in range(count):
+            lengths[i, 0], lengths[i, 1] = piece_of_way(before, after, here, there, i)
+        end_box(F, model, lengths, free, w, z, box)
+        for i in range(free.shape[0]):
+            note[1 + free[i], 0] = min(note[1 + free[i], 0], box[free[i], 0])
+            note[1 + free[i], 1] = max(note[1 + free[i], 1], box[free[i], 1])
+        here = there
 
 
 @kernel()

@@ -300,7 +300,8 @@ class Tracker:
         place.halvings = 0
         guess = cache(partial(self._estimate, place, bounds, load))
         if not self._follows:
-            reason = reason_of(self._robot.cable_names, status, cable, f"within {region.radius:.3g} m of the last pose")
+            where = f"within {region.radius:.3g} m of the last pose"
+            reason = reason_of(self._robot.cable_names, status, cable, where)
             return TrackedPose(TrackStatus.LOST, reason, region, taut, None, guess)
         way = self._way(place, bounds, load)
         arrived = way.go(place.chart, self._charts[place.chart], load.bounds, bounds)
@@ -337,7 +338,7 @@ class Tracker:
         return max(0, place.halvings - (self._updates % LARGER_EVERY == 0))
 
     def _way(self, place: Place, lengths: Bounds, load: Load) -> Way:
-        """Return the way of the pose tracked last; from a start it begins with the start's own distances."""
+        """Return the way of the pose tracked last, or from a start."""
         if place.way is not None:
             return place.way
         known = known_at(self._body, place, lengths, load.bounds)

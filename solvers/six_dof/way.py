@@ -255,7 +255,7 @@ class _Trip:
     def note(self, notes: Floats, taut: tuple[int, ...]) -> None:
         """Keep the parts (K, 7 + n, 2) of the way with these cables taut."""
         if self.notes is not None:
-            self.notes += [Noted(*one[0].tolist(), taut, (one[1:].copy(),)) for one in notes]
+            self.notes += [Noted(one[0, 0], one[0, 1], taut, (one[1:].copy(),)) for one in notes]
 
     def note_switch(self, notes: Floats, taut: tuple[int, ...], was_taut: bool, is_taut: bool) -> None:
         """Keep the parts (4, 7 + n, 2) of a piece on which the last of these cables switches."""
@@ -271,7 +271,7 @@ class _Trip:
         keep(before, n if was_taut else n - 1)
         if during[0, 0] < during[0, 1]:
             boxes = (during[1:].copy(), slack[1:].copy())
-            self.notes.append(Noted(*during[0].tolist(), taut, boxes, taut[-1]))
+            self.notes.append(Noted(during[0, 0], during[0, 1], taut, boxes, taut[-1]))
         keep(after, n if is_taut else n - 1)
 
     def order(self, taut: tuple[int, ...]) -> tuple[int, ...]:
