@@ -135,11 +135,12 @@ def read_course(path: Path, name: str, cables: Sequence[str]) -> Course:
     table = cells_of(path, name, "a head with t_s and the cables' names, and at least two rows")
     head = [title.strip() for title in table[0]]
     columns = _columns(head, f"file {quote(name)} line 1", cables)
-    rows, errors, last = [], InputErrors(), None
+    rows, errors, last, count = [], InputErrors(), None, 0
     for line, cells in enumerate(table[1:], 2):
         place = f"file {quote(name)} line {line}"
         if not any(cell.strip() for cell in cells):
             continue
+        count += 1
         if len(cells) != len(head):
             errors.add(f"{place}: {counted(len(cells), 'cell')} under {counted(len(head), 'title')}")
             continue
@@ -148,8 +149,8 @@ def read_course(path: Path, name: str, cables: Sequence[str]) -> Course:
         time = errors.read(_time, cells[columns[TIME]], place, last)
         last = time if time is not None else last
         rows.append(Row(time or Fraction(0), lengths or ()))
-    if len(rows) < 2:
-        errors.add(f"file {quote(name)}: needs at least two rows, has {len(rows)}")
+    if count < 2:
+        errors.add(f"file {quote(name)}: needs at least two rows, has {count}")
     errors.require_none()
     return Course(tuple(rows))
 

@@ -35,19 +35,17 @@ def ending(
     result, later = _afterwards(robot, course, trail.reached, budget, threads)
     if result is None:
         return EventData(trail.reached, course.end, EventKind.LOST, reason=trail.reason)
-    is_end = result.outcome is Outcome.COMPLETE and all(
-        _comes_from_elsewhere(robot, course, later, trail.reached, one, result, last, budget)
-        for one in result.solutions
-    )
-    poses = tuple(map(pose_data, result.solutions))
-    if is_end:
-        reason = f"proved that the pose ends; before that: {trail.reason}"
-        return EventData(trail.reached, later, EventKind.FOLD, reason=reason, poses=poses)
-    if result.outcome is not Outcome.COMPLETE:
-        reason = f"{trail.reason}; the poses after it are not proved to be all"
+    doubts = [] if result.outcome is Outcome.COMPLETE else ["the poses afterwards are not proved to be all"]
+    for pose in () if doubts else result.solutions:
+        doubts.append(_doubt(robot, course, later, trail.reached, pose, result, last, budget))
+    doubt = next(filter(None, doubts), "")
+    if not (doubt or result.solutions):
+        kind, reason = EventKind.FOLD, f"the pose ends: afterwards there is none; {result.message}"
+    elif doubt:
+        kind, reason = EventKind.LOST, f"{trail.reason}; not proved to end: {doubt}"
     else:
-        reason = f"{trail.reason}; it is not proved to end"
-    return EventData(trail.reached, later, EventKind.LOST, reason=reason, poses=poses)
+        kind, reason = EventKind.FOLD, "the pose ends: none of those afterwards, which are all, comes from it"
+    return EventData(trail.reached, later, kind, reason=reason, poses=tuple(map(pose_data, result.solutions)))
 
 
 def _afterwards(
@@ -71,7 +69,7 @@ def _afterwards(
     return found, later
 
 
-def _comes_from_elsewhere(
+def _doubt(
     robot: Robot,
     course: Course,
     later: Fraction,
@@ -80,15 +78,21 @@ def _comes_from_elsewhere(
     result: Result,
     last: Stretch,
     budget: Budget,
-) -> bool:
-    """Prove that a pose of a later time, led back, is not where the pose was lost."""
-    middle = course.of_middles()
+) -> str:
+    """Return why the pose that was lost may go on to one of a later time; empty where it does not, proved.
+
+    That is proved where the one of a later time, led back, is elsewhere.
+    """
+    middle, name = course.of_middles(), ",".join(robot.cable_names[i] for i in pose.taut)
+    place = f"the pose with taut {name} afterwards"
     try:
         mover: Mover = mover_of(robot, pose, length_bounds(middle.at(later)))
-    except CdprError:
-        return False
-    if sum(holds(one, mover) for one in result.solutions) != 1 or not holds(pose, mover):
-        return False
+    except CdprError as error:
+        return f"{place} cannot be led back: {error}"
+    if [one for one in result.solutions if holds(one, mover)] != [pose]:
+        return f"{place} cannot be told from another one"
     between = [row.time for row in course.rows if time < row.time < later]
     trail = lead(mover, middle, [later, *reversed(between), time], budget)
-    return trail.reached == time and mover.here.is_apart(last)
+    if trail.reached != time:
+        return f"{place} cannot be led back"
+    return "" if mover.here.is_apart(last) else f"{place} may come from it"

@@ -37,10 +37,10 @@ from solvers.motions.ending import ending
 from solvers.motions.result import Motion
 from solvers.motions.start import Starts, chosen, mover_of, question_at_start
 from solvers.motions.trail import Span, Trail, lead
-from solvers.questions.checked import require_treated, uncertain_data
+from solvers.questions.checked import check_budgets, require_treated, uncertain_data
 from solvers.questions.errors import InputErrors
 from solvers.questions.force import no_load
-from solvers.questions.problem import Progress
+from solvers.questions.problem import Options, Progress
 
 STOPPED = {Stop.TIME_LIMIT: "stopped at the time limit", Stop.INTERRUPTED: "interrupted"}
 
@@ -135,6 +135,9 @@ def motion(
     >>> result.events[0].cable, str(result.events[0].kind)
     ('c4', 'slack')
     """
+    errors = InputErrors()
+    check_budgets(Options(time_limit=time_limit, threads=threads, progress=progress), errors, str)
+    errors.require_none()
     problem = motion_problem(require_robot(robot), lengths, tolerance, start, step)
     return solve_motion(problem, MotionOptions(time_limit, threads, progress))
 

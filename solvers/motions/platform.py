@@ -15,7 +15,7 @@ from cdpr_interval.robots.cable_robot import Robot
 from solvers.answers.data import Solution
 from solvers.motions.stretch import Moved, Stretch, lengths_on
 from solvers.six_dof.estimate import Body
-from solvers.six_dof.place import known_at, place_of
+from solvers.six_dof.place import is_single, known_at, place_of
 from solvers.six_dof.prepared import cables_of
 from solvers.six_dof.track import GONE, TRACKED
 from solvers.six_dof.tracker import CHART_END, charts_of, fields_of, reason_of
@@ -31,15 +31,15 @@ class PlatformMover:
 
     Raises
     ------
-    InputError
-        The start is not one pose with every cable proved taut or slack.
     Lost
-        It cannot be proved anew for all the lengths.
+        The start is not one pose with every cable proved taut or slack, or is not proved for all the lengths.
     """
 
     finest = 1.0
 
     def __init__(self, robot: Robot, start: Solution, lengths: Bounds) -> None:
+        if not is_single(start):
+            raise Lost("it is one of a family, or a cable is only just taut or slack")
         view, body = loaded(robot), Body(robot)
         place = place_of(body, start)
         self._names, self._chart = robot.cable_names, place.chart
