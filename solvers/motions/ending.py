@@ -6,15 +6,14 @@ from fractions import Fraction
 
 from cdpr_interval.engine.budget import Budget
 from cdpr_interval.errors import CdprError
-from cdpr_interval.exact.enclosure import length_bounds
 from cdpr_interval.robots.cable_robot import Robot
 from solvers.answers.data import Outcome, Solution, StopReason
 from solvers.answers.result import Result
 from solvers.forward import forward_kinematics
 from solvers.motions.course import Course
 from solvers.motions.data import EventData, EventKind, pose_data
-from solvers.motions.start import holds, mover_of
-from solvers.motions.stretch import Mover, Stretch
+from solvers.motions.start import mover_of
+from solvers.motions.stretch import Stretch
 from solvers.motions.trail import Trail, lead
 
 TRAVELS = (Fraction(1, 10**5), Fraction(1, 10**4), Fraction(1, 1000), Fraction(1, 100))
@@ -86,11 +85,9 @@ def _doubt(
     middle, name = course.of_middles(), ",".join(robot.cable_names[i] for i in pose.taut)
     place = f"the pose with taut {name} afterwards"
     try:
-        mover: Mover = mover_of(robot, pose, length_bounds(middle.at(later)))
+        mover = mover_of(robot, pose, result.solutions, middle.bounds(later))
     except CdprError as error:
         return f"{place} cannot be led back: {error}"
-    if [one for one in result.solutions if holds(one, mover)] != [pose]:
-        return f"{place} cannot be told from another one"
     between = [row.time for row in course.rows if time < row.time < later]
     trail = lead(mover, middle, [later, *reversed(between), time], budget)
     if trail.reached != time:

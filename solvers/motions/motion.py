@@ -17,7 +17,7 @@ from cdpr_interval.robots.cable_robot import Robot
 from cdpr_interval.robots.formats.given import require_robot
 from cdpr_interval.text.count import counted
 from cdpr_interval.text.number import exact_number
-from solvers.answers.data import Outcome, RobotIdentity, Solution, StopReason
+from solvers.answers.data import Outcome, RobotIdentity, StopReason
 from solvers.answers.provenance import provenance
 from solvers.answers.tool import this_tool
 from solvers.classes import class_of
@@ -35,7 +35,7 @@ from solvers.motions.data import (
 )
 from solvers.motions.ending import ending
 from solvers.motions.result import Motion
-from solvers.motions.start import Starts, chosen, mover_of, question_at_start
+from solvers.motions.start import Starts, chosen, mover_at, question_at_start
 from solvers.motions.trail import Span, Trail, lead
 from solvers.questions.checked import check_budgets, require_treated, uncertain_data
 from solvers.questions.errors import InputErrors
@@ -186,8 +186,7 @@ def solve_motion(problem: MotionProblem, options: MotionOptions) -> Motion:
     begun = time.perf_counter()
     with options.budget.listening():
         starts, stop = _starts(problem, options)
-        count = len(starts.poses)
-        tracks = [_track(problem, one, k, count, options) for k, one in enumerate(starts.poses)]
+        tracks = [_track(problem, starts, k, options) for k in range(len(starts.poses))]
     stop = stop or options.budget.stop()
     outcome, message = _verdict(problem, starts, tracks, stop)
     first = tracks[0] if tracks else None
@@ -233,10 +232,9 @@ def _starts(problem: MotionProblem, options: MotionOptions) -> tuple[Starts, Sto
     return chosen(found, problem.near), stop
 
 
-def _track(problem: MotionProblem, start: Solution, number: int, count: int, options: MotionOptions) -> Track:
+def _track(problem: MotionProblem, starts: Starts, number: int, options: MotionOptions) -> Track:
     """Lead one pose along the course."""
-    course = problem.course
-    names = problem.robot.cable_names
+    course, start, count = problem.course, starts.poses[number], len(starts.poses)
 
     def tell(trail: Trail) -> None:
         if options.progress is not None:
@@ -244,12 +242,12 @@ def _track(problem: MotionProblem, start: Solution, number: int, count: int, opt
             options.progress(Progress(trail.proofs, 0, 1.0 - share, 0, 0, 1, done=share))
 
     try:
-        mover = mover_of(problem.robot, start, course.bounds(course.begin))
+        mover = mover_at(problem.robot, start, starts.among, course)
     except CdprError as error:
         lost = EventData(course.begin, course.begin, EventKind.LOST, reason=str(error))
         return Track(pose_data(start), (), (lost.rounded(),))
     trail = lead(mover, course, course.knots(problem.step), options.budget, tell)
-    events = _switches(trail.spans, names)
+    events = _switches(trail.spans, problem.robot.cable_names)
     if trail.stop is not None:
         events.append(EventData(trail.reached, course.end, EventKind.LOST, reason=STOPPED[trail.stop]))
     elif trail.reason:

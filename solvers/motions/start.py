@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from cdpr_interval.errors import CdprError
 from cdpr_interval.exact.enclosure import Bounds
 from cdpr_interval.mechanics.stability import Stability
 from cdpr_interval.robots.cable_robot import Robot
@@ -27,6 +28,8 @@ class Starts:
 
     poses: tuple[Solution, ...]
     """Proved; lowest first, or just the nearest to a place that was asked for."""
+    among: tuple[Solution, ...]
+    """All poses that were found there."""
     is_complete: bool
     """Proved that there are no others; always true where one was asked for and found."""
     message: str
@@ -46,12 +49,21 @@ def chosen(result: Result, near: Sequence[float] | None) -> Starts:
     is_complete = ends and all(s.is_proved for s in result.solutions)
     if near is not None and stable:
         nearest = min(stable, key=lambda s: math.dist(s.nominal.position, near))
-        return Starts((nearest,), True, result.message)
-    return Starts(tuple(stable), is_complete, result.message)
+        return Starts((nearest,), result.solutions, True, result.message)
+    return Starts(tuple(stable), result.solutions, is_complete, result.message)
 
 
-def mover_of(robot: Robot, start: Solution, lengths: Bounds) -> Mover:
-    """Return what leads a pose from the lengths (N, 2) in m at the start.
+def mover_of(robot: Robot, start: Solution, among: Sequence[Solution], lengths: Bounds) -> Mover:
+    """Return what leads a pose from the lengths at its start.
+
+    Parameters
+    ----------
+    robot : Robot
+    start : Solution
+    among : sequence of Solution
+        The poses for these lengths that are known, this one too: it is proved which of them is led.
+    lengths : (N, 2)
+        m: around the lengths of the start; of a robot with one pose for each choice they may be ranges.
 
     Raises
     ------
@@ -61,11 +73,31 @@ def mover_of(robot: Robot, start: Solution, lengths: Bounds) -> Mover:
     kind = class_of(robot)
     if kind.solves_ranges:
         return OnePoseMover(kind.follower(robot, start), lengths)
-    return PlatformMover(robot, start, lengths)
+    mover = PlatformMover(robot, start, lengths)
+    if [one for one in among if _may_be(one, mover)] != [start]:
+        raise CdprError("it cannot be told from another one")
+    return mover
 
 
-def holds(solution: Solution, mover: Mover) -> bool:
+def _may_be(solution: Solution, mover: Mover) -> bool:
     """Return True when a solution's box and a mover's have a pose in common, or may have one."""
     here = mover.here
     pairs = ((solution.position, here.position), (solution.rotation, here.rotation))
     return all(bool(np.all((a[..., 0] <= b[..., 1]) & (b[..., 0] <= a[..., 1]))) for a, b in pairs)
+
+
+def mover_at(robot: Robot, start: Solution, among: Sequence[Solution], course: Course) -> Mover:
+    """Return what leads a pose from the first row of a course, for all lengths in their ranges.
+
+    Raises
+    ------
+    CdprError
+        The pose cannot be led from there; the message says why.
+    """
+    begin = course.begin
+    if class_of(robot).solves_ranges:
+        return mover_of(robot, start, among, course.bounds(begin))
+    mover = mover_of(robot, start, among, course.of_middles().bounds(begin))
+    if reason := mover.go(course.bounds(begin)).reason:
+        raise CdprError(f"for all lengths of the first row: {reason}")
+    return mover

@@ -178,10 +178,12 @@ def note_switch(
 ) -> None:  # fmt: skip
     """Write what is proved before, during and after the switch of a piece to ``notes`` (4, 7 + n, 2).
 
-    During, the zeros of B and those of A are two notes. Both polynomials lie in their rows.
+    During, the zeros of B and those of A are two notes. Both polynomials lie in their rows, and that of B in
+    the rows Z, also afterwards. Nothing is written where there are no notes.
     """
+    if notes.shape[0] == 0:
+        return
     free = np.arange(w.shape[0])
-    copy_polynomial(F, S, TAUT_ONE, Z, w.shape[0])
     first = sure_until(F, model, before, after, start, end, w, was_taut)
     last = max(first, sure_until(F, model, before, after, end, start, w, is_taut))
     note_part(F, model, before, after, first, last, free, w, notes[1])
@@ -195,6 +197,7 @@ def note_switch(
         note_part(F, model, before, after, start, first, free, slack_w, notes[0])
     if not is_taut:
         note_part(F, model, before, after, last, end, free, slack_w, notes[3])
+    copy_polynomial(F, S, TAUT_ONE, Z, w.shape[0])
 
 
 @entry()
@@ -256,11 +259,7 @@ def cross(
         tension, error = polynomial_at(F, 6 + k, n, delta, off)
         if not abs(tension) > up(error + w[6 + k]):
             continue
-        if notes.shape[0]:
-            note_switch(
-                F, S, model, before, after, start, there, w, slack_w, is_taut, tension > 0.0, notes
-            )  # fmt: skip
-            copy_polynomial(F, S, TAUT_ONE, Z, m)
+        note_switch(F, S, model, before, after, start, there, w, slack_w, is_taut, tension > 0.0, notes)
         end_box(F, model, after, free, w, z, box)
         keep_link(F, n, free, w, delta, off, link)
         copy_polynomial(F, S, SLACK_ONE, Z, m)

@@ -1,4 +1,4 @@
-"""Motions: exact poses of sampled times and choices lie in the tubes; switches and folds are where they are said."""
+"""Motions: sampled exact poses lie in the tubes; switches and folds are where they are said to be."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from solvers import Motion, forward_kinematics, motion
 from solvers.answers.data import Solution
 from solvers.motions.course import given_course
 from solvers.motions.ending import ending
-from solvers.motions.start import mover_of
+from solvers.motions.start import mover_at
 from solvers.motions.trail import lead
 from tests.property.six_dof.test_continuation import nonsmooth
 from tests.support.motion_samples import chosen, fits, is_without_gaps, meet, segments_at, stable
@@ -104,7 +104,9 @@ def test_merlets_experiment() -> None:
 def led(robot: Robot, rows: Any, start: Solution) -> tuple[Any, Any]:
     """Return the event with which a pose ends, and the trail until then."""
     course = given_course(rows, robot.cable_names)
-    mover = mover_of(robot, start, course.bounds(course.begin))
+    among = forward_kinematics(robot, course.middles(course.begin)).solutions
+    (start,) = [one for one in among if meet(one.position, start.position)]
+    mover = mover_at(robot, start, among, course)
     trail = lead(mover, course, course.knots(), Budget())
     if not trail.reason:
         return None, trail
@@ -152,8 +154,9 @@ def test_a_pose_that_goes_on_is_not_said_to_end() -> None:
     """A trail that is cut off before its end, whatever for, is lost: the pose afterwards comes from it."""
     robot = load_robot("uc3")
     course = given_course([(0, [7.5, 8, 7]), (10, [7.5, 8, 6.5])], robot.cable_names)
-    for start in forward_kinematics(robot, [7.5, 8, 7]).solutions[:2]:
-        mover = mover_of(robot, start, course.bounds(F(0)))
+    among = forward_kinematics(robot, [7.5, 8, 7]).solutions
+    for start in among[:2]:
+        mover = mover_at(robot, start, among, course)
         trail = lead(mover, course, [F(0), F(1)], Budget())
         trail.reason = "it was cut off"
         event = ending(robot, course, trail, mover.here, Budget(), 1)

@@ -8,12 +8,13 @@ import json
 from fractions import Fraction as F
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from cdpr_interval import InputError, load_robot
 from cdpr_interval.errors import CdprError, NotSupportedError
 from solvers import Motion, forward_kinematics, motion
-from solvers.motions.course import given_course, read_course
+from solvers.motions.course import read_course
 from solvers.motions.motion import MotionOptions, motion_problem, solve_motion
 from solvers.motions.start import mover_of
 from tests.unit.solvers.test_schemas import faults, schema
@@ -151,10 +152,22 @@ def test_no_pose_at_the_start_is_proved():
 
 def test_a_pose_that_cannot_be_followed_is_lost_at_once():
     robot = load_robot("uc2")
-    (pose, *_) = forward_kinematics(robot, [7.5, 8]).solutions
+    among = forward_kinematics(robot, [7.5, 8]).solutions
+    # These lengths are not those of the pose.
     with pytest.raises(CdprError, match="there"):
-        # These lengths are not those of the pose.
-        mover_of(robot, pose, given_course([(0, [2, 2]), (1, [2, 2])], robot.cable_names).bounds(F(0)))
+        mover_of(robot, among[0], among, np.array([[2.0, 2.0], [2.0, 2.0]]))
+    bounds = np.array([[7.5, 7.5], [8.0, 8.0]])
+    assert mover_of(robot, among[0], among, bounds).here.taut == (0, 1)
+    for others in (among[1:], (*among, among[0])):
+        with pytest.raises(CdprError, match="cannot be told from another one"):
+            mover_of(robot, among[0], others, bounds)
+    wide = motion(robot, [(0, [(6, 9), (7, 9)]), (1, [7.5, 8])])
+    (event,) = wide.events
+    assert (
+        wide.segments == ()
+        and event.kind == "lost"
+        and event.reason.startswith("for all lengths of the first")
+    )
 
 
 def test_a_time_limit_keeps_what_is_proved():
