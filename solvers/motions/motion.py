@@ -6,6 +6,7 @@ import os
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from decimal import ROUND_FLOOR
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
@@ -36,6 +37,7 @@ from solvers.motions.data import (
 from solvers.motions.ending import ending
 from solvers.motions.result import Motion
 from solvers.motions.start import Starts, chosen, mover_at, question_at_start
+from solvers.motions.times import between, shown_time
 from solvers.motions.trail import Span, Trail, lead
 from solvers.questions.checked import check_budgets, require_treated, uncertain_data
 from solvers.questions.errors import InputErrors
@@ -129,7 +131,7 @@ def motion(
     >>> from solvers import motion
     >>> result = motion("uc4", [(0, [7.5, 8, 7, 9]), (10, [7.5, 8, 7, 9.3])], step=5)
     >>> result
-    <Motion uc4: proved from 0 to 10 s; c4 slack at 7.216797..7.218934 s>
+    <Motion uc4: proved from 0 to 10 s; c4 slack at 7.21679..7.21894 s>
     >>> [segment.taut for segment in result.segments]
     [(0, 1, 2, 3), (0, 1, 2, 3), (0, 1, 2), (0, 1, 2)]
     >>> result.events[0].cable, str(result.events[0].kind)
@@ -294,16 +296,19 @@ def _verdict(
 
 def _sentence(course: Course, events: Sequence[Event]) -> str:
     """Return how far one pose is proved, and which cables switch on the way."""
+    begin, end = float(course.begin), float(course.end)
+    span = end - begin
     switches = [e for e in events if e.cable is not None]
-    shown = [f"{e.cable} {e.kind} at {e.t[0]:.7g}..{e.t[1]:.7g} s" for e in switches[:MOST_NAMED]]
+    shown = [f"{e.cable} {e.kind} at {between(*e.t, span)} s" for e in switches[:MOST_NAMED]]
     if len(switches) > MOST_NAMED:
         shown.append(f"{counted(len(switches) - MOST_NAMED, 'more switch', 'more switches')}")
     text = ", ".join(shown)
     loss = _loss(events)
     if loss is None:
-        found = f"proved from {float(course.begin):g} to {float(course.end):g} s"
+        found = f"proved from {shown_time(begin, span)} to {shown_time(end, span)} s"
         return f"{found}; {text}" if text else found
-    found = f"proved from {float(course.begin):g} to {loss.t[0]:.7g} of {float(course.end):g} s"
+    far = shown_time(loss.t[0], span, ROUND_FLOOR)
+    found = f"proved from {shown_time(begin, span)} to {far} of {shown_time(end, span)} s"
     return "; ".join(filter(None, [found, text, f"{loss.kind}: {loss.reason}"]))
 
 

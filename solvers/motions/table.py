@@ -11,6 +11,7 @@ import numpy as np
 from cdpr_interval.text.count import counted
 from solvers.answers.digits import proved_decimal, proved_significant
 from solvers.motions.data import Event, MotionData, PoseData, Segment
+from solvers.motions.times import between, shown_time
 
 MOST_ROWS = 40
 """Segments that are listed; JSON and CSV have all."""
@@ -23,18 +24,21 @@ def text_of(motion: MotionData) -> str:
     """Return the table as plain text."""
     cables = counted(len(motion.cables), "cable")
     lines = [f"{motion.robot.name} ({motion.model}, {cables}): {motion.message}"]
-    lines += _track(motion.cables, motion.segments, motion.events)
+    span = motion.question.t[1] - motion.question.t[0]
+    lines += _track(motion.cables, span, motion.segments, motion.events)
     for number, track in enumerate(motion.others, 2):
         lines += ["", f"stable pose {number} at the start, {_place(track.start)}"]
-        lines += _track(motion.cables, track.segments, track.events)
+        lines += _track(motion.cables, span, track.segments, track.events)
     return "\n".join(lines)
 
 
-def _track(names: Sequence[str], segments: Sequence[Segment], events: Sequence[Event]) -> Iterator[str]:
+def _track(
+    names: Sequence[str], span: float, segments: Sequence[Segment], events: Sequence[Event]
+) -> Iterator[str]:
     """Yield the lines about one pose."""
     if segments:
         head = ("t s", "taut", "switching", "x m", "y m", "z m", "tensions N")
-        rows = [head, *(_row(names, one) for one in segments[:MOST_ROWS])]
+        rows = [head, *(_row(names, span, one) for one in segments[:MOST_ROWS])]
         widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
         for row in rows:
             cells = (cell.ljust(width) for cell, width in zip(row, widths, strict=True) if width)
@@ -42,16 +46,16 @@ def _track(names: Sequence[str], segments: Sequence[Segment], events: Sequence[E
         if len(segments) > MOST_ROWS:
             yield f"... {counted(len(segments) - MOST_ROWS, 'more segment')}: in --json and --csv"
     for event in events:
-        yield f"{_times(*event.t)} s: {_happened(event)}"
+        yield f"{between(*event.t, span)} s: {_happened(event)}"
         yield from (f"    {pose.stability} pose afterwards: {_pose(names, pose)}" for pose in event.poses)
 
 
-def _row(names: Sequence[str], segment: Segment) -> tuple[str, ...]:
+def _row(names: Sequence[str], span: float, segment: Segment) -> tuple[str, ...]:
     tensions = [
         "0" if not hi else proved_significant(lo, hi, DIGITS) for lo, hi in segment.tube.tensions.tolist()
     ]
     return (
-        _times(*segment.t),
+        "..".join(shown_time(time, span) for time in segment.t),
         ",".join(names[i] for i in segment.taut),
         ",".join(names[i] for i in segment.switching),
         *(proved_decimal(lo, hi, DECIMALS) for lo, hi in segment.tube.position.tolist()),
@@ -63,10 +67,6 @@ def _happened(event: Event) -> str:
     if event.cable is not None:
         return f"{event.cable} becomes {event.kind}"
     return f"{event.kind}: {event.reason}"
-
-
-def _times(begin: float, end: float) -> str:
-    return f"{begin:.8g}..{end:.8g}"
 
 
 def _pose(names: Sequence[str], pose: PoseData) -> str:

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import random
+from dataclasses import replace
 from fractions import Fraction as F
 from typing import Any
 
+import numpy as np
 import pytest
 
 from cdpr_interval import load_robot
@@ -15,10 +17,16 @@ from solvers import Motion, forward_kinematics, motion
 from solvers.answers.data import Solution
 from solvers.motions.course import given_course
 from solvers.motions.ending import ending
+from solvers.motions.platform import PlatformMover
 from solvers.motions.start import mover_at
+from solvers.motions.stretch import Stretch
 from solvers.motions.trail import lead
+from solvers.six_dof.tracked_pose import TrackedPose
+from solvers.six_dof.tracker import Tracker
 from tests.property.six_dof.test_continuation import nonsmooth
 from tests.support.motion_samples import chosen, fits, is_without_gaps, meet, segments_at, stable
+from tests.support.planted.platform import plant
+from tests.support.tracked_region import start_at
 
 MERLET = [(0, ["2.6926", "3.9051", "3.3541", "4.5"]), (10, ["2.6926", "3.9051", "3.3541", "4.3"])]
 """III.B: the fourth cable, slack, is shortened slowly."""
@@ -229,3 +237,69 @@ def test_back_again_the_same_way(seed: int) -> None:
     turned = {"slack": "taut", "taut": "slack"}
     assert back == [(cable, turned[kind]) for cable, kind in reversed(there)]
     assert meet(result.segments[-1].tube.position, result.start.position)
+
+
+def lies_in(pose: TrackedPose, stretch: Stretch) -> bool:
+    """Return whether a tracked pose and its tensions are where a stretch has them."""
+    pairs = (
+        (pose.position, stretch.position),
+        (pose.rotation, stretch.rotation),
+        (pose.tensions, stretch.tensions),
+    )
+    return all(meet(one, other, 1e-9) for one, other in pairs)
+
+
+def same_in_small_steps(robot: Robot, start: Any, before: Any, after: Any, steps: int = 60) -> int:
+    """Follow a pose in one go; return on how many stretches small steps, each alone in its region, agree."""
+    mover = PlatformMover(robot, start, np.stack([before, before], axis=-1))
+    moved = mover.go(np.stack([after, after], axis=-1))
+    assert moved.reason == "" and moved.share == 1.0
+    assert moved.stretches[0].first == 0.0 and moved.stretches[-1].last == 1.0
+    tracker, seen = Tracker(robot, start), set()
+    for k in range(steps + 1):
+        pose = tracker.update(list(before + (after - before) * (k / steps)))
+        assert pose.tracked, pose.reason
+        for number, one in enumerate(moved.stretches):
+            if one.first <= k / steps <= one.last:
+                assert lies_in(pose, one) and set(one.taut) <= set(pose.taut)
+                seen.add(number)
+    assert lies_in(pose, mover.here)
+    return len(seen)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_six_taut_cables(seed: int) -> None:
+    planted = plant("general-6", seed)
+    rotation, position = (np.array(x, dtype=np.float64) for x in (planted.rotation, planted.position))
+    start = start_at(planted.robot, planted.taut, rotation, position, [float(t) for t in planted.tensions])
+    rng = random.Random(seed)
+    lengths = np.array([float(lo + hi) / 2 for lo, hi in planted.lengths])
+    by = np.array([rng.uniform(-2e-4, 2e-4) for _ in lengths])
+    # A motion knows the weight only.
+    mass = planted.robot.platform.mass
+    x, y, z = (force / mass for force in planted.load)
+    robot = replace(planted.robot, gravity=(x, y, z))
+    assert same_in_small_steps(robot, start, lengths, lengths + by) >= 1
+
+
+@pytest.mark.parametrize(("cable", "number"), [(1, 6), (2, 11)])
+def test_a_pose_turns_into_another_chart(cable: int, number: int) -> None:
+    robot = load_robot("uc3")
+    lengths = np.array([7.5, 8.0, 7.0])
+    start = forward_kinematics(robot, lengths.tolist()).solutions[number]
+    there = lengths + 0.9 * np.eye(3)[cable]
+    rows = [(0, lengths.tolist()), (1, there.tolist())]
+    event, trail = led(robot, rows, start)
+    assert event is None
+    tracker = Tracker(robot, start)
+    for k in range(91):
+        pose = tracker.update((lengths + (there - lengths) * (k / 90)).tolist())
+        inside = [span.tube for span in trail.spans if span.begin <= F(k, 90) <= span.end]
+        assert pose.tracked and inside and all(lies_in(pose, tube) for tube in inside)
+
+
+def test_a_switch_in_one_go() -> None:
+    robot = load_robot("uc4")
+    before, after = np.array([7.5, 8, 7, 9.0]), np.array([7.5, 8, 7, 9.3])
+    (start,) = stable(robot, before.tolist())
+    assert same_in_small_steps(robot, start, before, after, steps=600) >= 5
