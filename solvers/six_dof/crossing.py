@@ -4,7 +4,7 @@ Each has a tube over the same lengths (``mechanics.six_dof.tube``), and for ever
 two zeros is a static pose, or both are the same; see ``cross``.
 
 Arrays, for n taut cables of N, the one that may switch the last, and m = 6 + n equations, as in
-``continuation``; ``slack_data`` (n, 7, 2) is ``data`` without that cable; ``A, B`` (m, m) are inverses of
+``continuation``: ``slack_data`` (n, 7, 2) is ``data`` without that cable; ``A, B`` (m, m) are inverses of
 the derivatives with t_k = 0 and with its length; ``apart, slack_w`` (m,) radii, ``slack_z`` (6 + n,),
 ``slack_box`` (6 + n, 2); ``notes`` (4, 7 + n, 2) are ``note`` of ``continuation``.
 """
