@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 import math
-from decimal import ROUND_CEILING, ROUND_FLOOR, ROUND_HALF_EVEN, Decimal
+from decimal import ROUND_CEILING, ROUND_FLOOR, ROUND_HALF_EVEN, Context, Decimal
 
 DIGITS = 6
 """Of the whole motion."""
 MOST_DECIMALS = 9
+EXACT = Context(prec=800)
+"""Holds every digit of a double."""
 
 
 def shown_time(time: float, span: float, rounding: str = ROUND_HALF_EVEN) -> str:
     """Return a time in s of a motion that takes ``span`` s."""
-    decimals = min(max(DIGITS - math.floor(math.log10(span)), 0), MOST_DECIMALS)
-    text = f"{Decimal(time).quantize(Decimal(1).scaleb(-decimals), rounding):f}"
+    size = math.floor(math.log10(span)) if span > 0.0 else -MOST_DECIMALS
+    decimals = min(max(DIGITS - size, 0), MOST_DECIMALS)
+    text = f"{Decimal(time).quantize(Decimal(1).scaleb(-decimals), rounding, EXACT):f}"
     return text.rstrip("0").rstrip(".") if "." in text else text
 
 
