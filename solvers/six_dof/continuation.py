@@ -239,30 +239,6 @@ def end_box(F: Any, model: Any, after: Any, free: Any, w: Any, z: Any, box: Any)
 
 
 @kernel()
-def note_part(
-    F: Any, model: Any, before: Any, after: Any, first: float, last: float, free: Any, w: Any, note: Any
-) -> None:
-    """Write where a part of the way begins and ends, and bounds of its zeros for all choices, to ``note``.
-
-    The bounds are the hull of those of shorter parts: along the way the lengths change together.
-    """
-    count = before.shape[0]
-    lengths, z, box = np.empty((count, 2)), np.empty(6 + model.n_taut), np.empty((6 + model.n_taut, 2))
-    note[0, 0], note[0, 1] = first, last
-    note[1:, 0], note[1:, 1] = np.inf, -np.inf
-    here = first
-    for k in range(1, NOTED_PARTS + 1):
-        there = last if k == NOTED_PARTS else first + (last - first) * (k / NOTED_PARTS)
-        for i in range(count):
-            lengths[i, 0], lengths[i, 1] = piece_of_way(before, after, here, there, i)
-        end_box(F, model, lengths, free, w, z, box)
-        for i in range(free.shape[0]):
-            note[1 + free[i], 0] = min(note[1 + free[i], 0], box[free[i], 0])
-            note[1 + free[i], 1] = max(note[1 + free[i], 1], box[free[i], 1])
-        here = there
-
-
-@kernel()
 def levelled(F: Any, size: float, free: Any, v: Any) -> None:
     """Raise radii v (m,) that are small beside the others: what moves one unknown is in all equations."""
     most, reach = 0.0, 0.0
@@ -288,6 +264,30 @@ def times_scale(z: Any, C: Any) -> None:
     for i in range(C.shape[0]):
         for j in range(C.shape[0]):
             C[i, j] /= s
+
+
+@kernel()
+def note_part(
+    F: Any, model: Any, before: Any, after: Any, first: float, last: float, free: Any, w: Any, note: Any
+) -> None:
+    """Write where a part of the way begins and ends, and bounds of its zeros for all choices, to ``note``.
+
+    The bounds are the hull of those of shorter parts: along the way the lengths change together.
+    """
+    count = before.shape[0]
+    lengths, z, box = np.empty((count, 2)), np.empty(6 + model.n_taut), np.empty((6 + model.n_taut, 2))
+    note[0, 0], note[0, 1] = first, last
+    note[1:, 0], note[1:, 1] = np.inf, -np.inf
+    here = first
+    for k in range(1, NOTED_PARTS + 1):
+        there = last if k == NOTED_PARTS else first + (last - first) * (k / NOTED_PARTS)
+        for i in range(count):
+            lengths[i, 0], lengths[i, 1] = piece_of_way(before, after, here, there, i)
+        end_box(F, model, lengths, free, w, z, box)
+        for i in range(free.shape[0]):
+            note[1 + free[i], 0] = min(note[1 + free[i], 0], box[free[i], 0])
+            note[1 + free[i], 1] = max(note[1 + free[i], 1], box[free[i], 1])
+        here = there
 
 
 @part()
