@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -91,7 +90,7 @@ def command(robot: str, **given: Any) -> int:
         if as_csv is not None:
             as_csv.write(result.to_csv())
         if given["plot"] is not None:
-            _draw(result, given["plot"])
+            _draw(result, given["plot"], given["quiet"])
         if not given["quiet"] and not any(one is not None and one.is_stdout for one in targets):
             click.echo(str(result))
     return _ending(result)
@@ -160,12 +159,12 @@ def _require_plot(name: str) -> None:
     require_picture(name, "--plot")
 
 
-def _draw(result: Motion, name: str) -> None:
+def _draw(result: Motion, name: str, quiet: bool) -> None:
     from solvers.report.motion_picture import motion_picture
 
     written: Path = motion_picture(result, name, "--plot")
-    click.echo(f"picture {printable(str(written))}", err=True)
-    sys.stderr.flush()
+    if not quiet:
+        click.echo(f"picture {printable(str(written))}", err=True)
 
 
 def _ending(result: Motion) -> Ending:

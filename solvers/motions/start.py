@@ -46,7 +46,8 @@ def chosen(result: Result, near: Sequence[float] | None) -> Starts:
     stable = [s for s in result.solutions if s.is_proved and s.stability is Stability.STABLE]
     # A pose with an open cable is one that is known, too.
     ends = result.stop_reason is StopReason.EXHAUSTED and not (result.undecided or result.pending)
-    is_complete = ends and all(s.is_proved for s in result.solutions)
+    decided = all(s.is_proved and s.stability is not Stability.UNDECIDED for s in result.solutions)
+    is_complete = ends and decided
     if near is not None and stable:
         nearest = min(stable, key=lambda s: math.dist(s.nominal.position, near))
         return Starts((nearest,), result.solutions, True, result.message)

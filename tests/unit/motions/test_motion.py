@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import json
+from dataclasses import replace
 from fractions import Fraction as F
 from pathlib import Path
 
@@ -13,10 +14,12 @@ import pytest
 
 from cdpr_interval import InputError, load_robot
 from cdpr_interval.errors import CdprError, NotSupportedError
+from cdpr_interval.mechanics.stability import Stability
 from solvers import Motion, forward_kinematics, motion
+from solvers.answers.data import Certainty
 from solvers.motions.course import read_course
 from solvers.motions.motion import MotionOptions, motion_problem, solve_motion
-from solvers.motions.start import mover_of
+from solvers.motions.start import chosen, mover_of
 from tests.unit.solvers.test_schemas import faults, schema
 
 CABLES = ("c1", "c2")
@@ -148,6 +151,20 @@ def test_no_pose_at_the_start_is_proved():
     result = motion("uc2", [(0, [1, 1]), (1, [7.5, 8])])
     assert result.start is None and result.segments == () and result.outcome == "complete"
     assert "no stable pose at the start" in result.message
+
+
+def test_what_counts_as_a_complete_start():
+    found = forward_kinematics("uc2", [7.5, 8])
+    (stable,) = chosen(found, None).poses
+    assert stable is found.solutions[0] and chosen(found, None).is_complete
+    open_one = replace(found.solutions[1], stability=Stability.UNDECIDED)
+    vague = replace(found, solutions=(open_one,))
+    assert chosen(vague, None).poses == () and not chosen(vague, None).is_complete
+    only = replace(found, solutions=found.solutions[1:])
+    assert chosen(only, None).poses == () and chosen(only, (0, 0, 0)).is_complete
+    assert not chosen(replace(only, pending=1), (0, 0, 0)).is_complete
+    doubtful = replace(stable, existence=Certainty.UNDECIDED)
+    assert not chosen(replace(found, solutions=(doubtful,)), None).is_complete
 
 
 def test_a_pose_that_cannot_be_followed_is_lost_at_once():
