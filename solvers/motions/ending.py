@@ -18,7 +18,7 @@ from solvers.motions.trail import Trail, lead
 
 TRAVELS = (Fraction(1, 10**5), Fraction(1, 10**4), Fraction(1, 1000), Fraction(1, 100))
 """How far the fastest cable goes, in longest cables, from where a pose is lost to where all poses are looked
-for: where two poses meet, these are hard to prove."""
+for. Where two poses meet, these are hard to prove; with ranges the middles meet later than the first ones."""
 
 
 def ending(
@@ -31,41 +31,64 @@ def ending(
     reached in another place than ``last``, the pose there. Were there poses that led continuously from that
     one to the later time, they would end in one of these, and what is led back from it is unique.
     """
-    result, later = _afterwards(robot, course, trail.reached, budget, threads)
-    if result is None:
-        return EventData(trail.reached, course.end, EventKind.LOST, reason=trail.reason)
-    doubts = [] if result.outcome is Outcome.COMPLETE else ["the poses afterwards are not proved to be all"]
-    for pose in () if doubts else result.solutions:
-        doubts.append(_doubt(robot, course, later, trail.reached, pose, result, last, budget))
-    doubt = next(filter(None, doubts), "")
-    if not (doubt or result.solutions):
-        kind, reason = EventKind.FOLD, f"the pose ends: afterwards there is none; {result.message}"
-    elif doubt:
-        kind, reason = EventKind.LOST, f"{trail.reason}; not proved to end: {doubt}"
-    else:
-        kind, reason = EventKind.FOLD, "the pose ends: none of those afterwards, which are all, comes from it"
-    return EventData(trail.reached, later, kind, reason=reason, poses=tuple(map(pose_data, result.solutions)))
+    found, is_listed = None, False
+    for later in _afterwards(course, trail.reached):
+        if budget.stop() is not None:
+            break
+        result = _poses(robot, course, later, budget, threads)
+        doubt = _doubts(robot, course, later, trail.reached, result, last, budget)
+        kind = EventKind.LOST if doubt else EventKind.FOLD
+        poses = tuple(map(pose_data, result.solutions))
+        event = EventData(trail.reached, later, kind, reason=_reason(trail, result, doubt), poses=poses)
+        if kind is EventKind.FOLD:
+            return event
+        # Of losses the first one whose poses are all that there are.
+        if found is None or not is_listed:
+            found, is_listed = event, result.outcome is Outcome.COMPLETE
+    return found or EventData(trail.reached, course.end, EventKind.LOST, reason=trail.reason)
 
 
-def _afterwards(
-    robot: Robot, course: Course, time: Fraction, budget: Budget, threads: int
-) -> tuple[Result | None, Fraction]:
-    """Return the poses at a time shortly after, and that time; None where the budget is spent before."""
+def _afterwards(course: Course, time: Fraction) -> list[Fraction]:
+    """Return times shortly after, up to the end of the course."""
     pace = course.pace(time)
     longest = max(hi for _, hi in course.at(time))
-    found, later = None, course.end
-    for travel in TRAVELS:
-        if budget.stop() is not None or not pace:
-            break
-        later = min(time + travel * longest / pace, course.end)
-        left = budget.seconds_left()
-        limit = None if left is None else max(left, 1e-3)
-        found = forward_kinematics(robot, course.middles(later), time_limit=limit, threads=threads)
-        if found.stop_reason is StopReason.INTERRUPTED:
-            budget.interrupt()
-        if found.outcome is Outcome.COMPLETE or later == course.end:
-            break
-    return found, later
+    later = [min(time + travel * longest / pace, course.end) for travel in TRAVELS] if pace else []
+    return list(dict.fromkeys(later))
+
+
+def _poses(robot: Robot, course: Course, time: Fraction, budget: Budget, threads: int) -> Result:
+    """Return the poses at a time, for the middles of the lengths, within what is left of the budget."""
+    left = budget.seconds_left()
+    limit = None if left is None else max(left, 1e-3)
+    found = forward_kinematics(robot, course.middles(time), time_limit=limit, threads=threads)
+    if found.stop_reason is StopReason.INTERRUPTED:
+        budget.interrupt()
+    return found
+
+
+def _reason(trail: Trail, result: Result, doubt: str) -> str:
+    """Return the sentence about a fold or a loss."""
+    if doubt:
+        return f"{trail.reason}; not proved to end: {doubt}"
+    if result.solutions:
+        return "the pose ends: none of those afterwards, which are all, comes from it"
+    return f"the pose ends, there is none afterwards: {result.message.removeprefix('no pose: ')}"
+
+
+def _doubts(
+    robot: Robot,
+    course: Course,
+    later: Fraction,
+    time: Fraction,
+    result: Result,
+    last: Stretch,
+    budget: Budget,
+) -> str:
+    """Return why the pose may go on to the later time; empty where it is proved that it does not."""
+    if result.outcome is not Outcome.COMPLETE:
+        return "the poses afterwards are not proved to be all"
+    each = (_doubt(robot, course, later, time, pose, result, last, budget) for pose in result.solutions)
+    return next(filter(None, each), "")
 
 
 def _doubt(

@@ -48,7 +48,10 @@ def test_a_tolerance_and_a_start(run):
 def test_a_motion_that_ends(run):
     done = run("uc2", "--lengths", "end.csv", "-q")
     assert done.exit_code == 3 and done.stdout == ""
-    assert done.stderr.startswith("proved from 0 to 3.81") and "fold: the pose ends" in done.stderr
+    assert (
+        done.stderr.startswith("proved from 0 to 3.81")
+        and "fold: the pose ends, there is none afterwards: cables c1 and c2" in done.stderr
+    )
 
 
 def test_no_pose_at_the_start(run):

@@ -171,6 +171,44 @@ def test_a_pose_that_goes_on_is_not_said_to_end() -> None:
         assert event.kind == "lost" and "may come from it" in event.reason
 
 
+@pytest.mark.parametrize("tolerance", [0, "0.0002"])
+def test_a_pose_in_which_a_platform_hangs_ends(tolerance: Any) -> None:
+    """The pose with the second cable taut meets one without it, which is not stable: both are gone."""
+    cables = [
+        {"name": f"c{i + 1}", "frame_anchor_m": a, "platform_anchor_m": b}
+        for i, (a, b) in enumerate(
+            [
+                (["-0.56", "1.69", 4], ["0.76", "-0.7", "-0.09"]),
+                (["1.87", "-1.32", "3.16"], ["-0.34", "0.06", "-0.69"]),
+                (["-0.2", "-1.93", "3.5"], ["-0.6", "0.67", "-0.02"]),
+            ]
+        )
+    ]
+    robot = Robot.from_dict(
+        {"format": "cdpr-robot/1", "name": "three", "platform": {"mass_kg": 1}, "cables": cables}
+    )
+    rows = [(0, ["3.1287", "3.6742", "3.5181"]), (1, ["3.182", "3.65", "3.521"])]
+    result = motion(robot, rows, tolerance=tolerance, start=(-0.38, -0.13, 0.58))
+    (event,) = result.events
+    assert event.kind == "fold" and len(event.poses) == 4
+    course = given_course(rows, robot.cable_names)
+    low, high = F(event.t[0]), F(event.t[1])
+
+    def there(time: F) -> list[tuple[int, ...]]:
+        poses = forward_kinematics(robot, course.middles(time)).solutions
+        return [p.taut for p in poses if abs(p.nominal.position[2] - 0.576) < 0.02]
+
+    for time in (low / 2, low * F(99, 100)):
+        assert sorted(there(time)) == [(0, 1, 2), (0, 2)]
+    assert there(high) == []
+    if tolerance:
+        # Until the first time every choice has the pose, the last ones too.
+        rng, band = random.Random(0), course.widened(F(tolerance), "tolerance")
+        for _ in range(6):
+            poses = forward_kinematics(robot, chosen(band, rng).middles(low)).solutions
+            assert any(fits(pose, result.segments[-1]) for pose in poses)
+
+
 @pytest.mark.parametrize("rows", [UC4, [(0, [3, 3, 3, 3]), (5, [1, 1, 1, 1])]])
 def test_where_there_is_no_pose_any_more(rows: Any) -> None:
     name = "uc2" if rows is UC4 else "merlet_4_1"
