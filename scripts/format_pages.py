@@ -14,6 +14,8 @@ from solvers.answers.data import FORMAT, ResultData
 from solvers.answers.document import schema_of
 from solvers.answers.inverse import FORMAT as IK_FORMAT
 from solvers.answers.inverse import IkData
+from solvers.motions.data import FORMAT as MOTION_FORMAT
+from solvers.motions.data import MotionData
 from solvers.questions.problem_schema import PROBLEM_FORMAT, ProblemBlock
 
 Json = dict[str, Any]
@@ -34,6 +36,7 @@ def pages() -> dict[Path, str]:
     schemas = {
         "docs/result.md": schema_of(ResultData, FORMAT),
         "docs/ik-result.md": schema_of(IkData, IK_FORMAT),
+        "docs/motion.md": schema_of(MotionData, MOTION_FORMAT),
         "docs/problem.md": file_schema(ProblemBlock, PROBLEM_FORMAT),
     }
     return {ROOT / name: page(ROOT / name, schema) for name, schema in schemas.items()}

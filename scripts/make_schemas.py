@@ -19,6 +19,8 @@ from solvers.answers.document import schema_of as result_schema
 from solvers.answers.inverse import FORMAT as IK_FORMAT
 from solvers.answers.inverse import IkData
 from solvers.batch.job_schema import BATCH_FORMAT, BatchBlock
+from solvers.motions.data import FORMAT as MOTION_FORMAT
+from solvers.motions.data import MotionData
 from solvers.questions.problem_schema import PROBLEM_FORMAT, ProblemBlock
 
 ROOT = Path(__file__).parents[1]
@@ -30,6 +32,7 @@ def schemas() -> dict[str, str]:
         "cdpr_interval/robots/schemas/cdpr-robot-1.schema.json": json_schema(RobotWithWinches),
         "solvers/schemas/cdpr-batch-1.schema.json": schema_of(BatchBlock, BATCH_FORMAT),
         "solvers/schemas/cdpr-ik-result-1.schema.json": result_schema(IkData, IK_FORMAT),
+        "solvers/schemas/cdpr-motion-1.schema.json": result_schema(MotionData, MOTION_FORMAT),
         "solvers/schemas/cdpr-problem-1.schema.json": schema_of(ProblemBlock, PROBLEM_FORMAT),
         "solvers/schemas/cdpr-result-1.schema.json": result_schema(ResultData, FORMAT),
     }

@@ -29,8 +29,11 @@ if TYPE_CHECKING:
     from solvers.certification import write_certificate
     from solvers.forward import forward_kinematics
     from solvers.kinematics.inverse import inverse_kinematics
+    from solvers.motions.motion import motion
+    from solvers.motions.result import Motion
     from solvers.point_mass.controller import PointMass, PointMassPose, PoseStatus
     from solvers.polynomial import polynomial_report
+    from solvers.report.motion_picture import motion_picture
     from solvers.report.written import result_figure, write_report
     from solvers.six_dof.estimate import Estimate
     from solvers.six_dof.tracked_pose import Region, TrackedPose, TrackStatus
@@ -43,6 +46,7 @@ _HOMES = {
     "Estimate": "solvers.six_dof.estimate",
     "Family": "solvers.answers.data",
     "IkResult": "solvers.answers.ik_result",
+    "Motion": "solvers.motions.result",
     "Nominal": "solvers.answers.data",
     "Outcome": "solvers.answers.data",
     "PointMass": "solvers.point_mass.controller",
@@ -63,6 +67,8 @@ _HOMES = {
     "Undecided": "solvers.answers.data",
     "forward_kinematics": "solvers.forward",
     "inverse_kinematics": "solvers.kinematics.inverse",
+    "motion": "solvers.motions.motion",
+    "motion_picture": "solvers.report.motion_picture",
     "polynomial_report": "solvers.polynomial",
     "pose_from_tensions": "solvers.tensions",
     "result_figure": "solvers.report.written",
@@ -76,6 +82,7 @@ __all__ = [
     "Estimate",
     "Family",
     "IkResult",
+    "Motion",
     "Nominal",
     "Outcome",
     "PointMass",
@@ -96,6 +103,8 @@ __all__ = [
     "Undecided",
     "forward_kinematics",
     "inverse_kinematics",
+    "motion",
+    "motion_picture",
     "polynomial_report",
     "pose_from_tensions",
     "result_figure",

@@ -36,6 +36,10 @@ class Followed(Protocol):
         """What is proved about each cable, file order."""
 
     @property
+    def position(self) -> Bounds:
+        """(3, 2) m: platform origin in the base frame."""
+
+    @property
     def tensions(self) -> Bounds:
         """(N, 2) N, file order."""
 

@@ -32,12 +32,16 @@ UNITS = {
     "height": "m",
     "lengths": "m",
     "moment": "N_m",
+    "near": "m",
     "position": "m",
     "rpy": "rad",
     "settle_within": "m",
+    "step": "s",
+    "t": "s",
     "tensions": "N",
     "tensions_given": "N",
     "time": "s",
+    "tolerance": "m",
     "travel": "m",
 }
 """What the key of a field has at its end."""

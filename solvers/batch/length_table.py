@@ -2,21 +2,18 @@
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Sequence
 from pathlib import Path
 
-from cdpr_interval.errors import InputError
 from cdpr_interval.exact.range import LengthRange
-from cdpr_interval.files.document import suggestion
 from cdpr_interval.files.fields import is_free
 from cdpr_interval.text.count import counted
 from cdpr_interval.text.literal import quote
 from solvers.batch.tables import JOB_COLUMNS, SOLUTION_COLUMNS, length_column, tension_column
+from solvers.questions.csv_table import cells_of, require_commas, unknown_title
 from solvers.questions.errors import InputErrors
 from solvers.questions.lengths import read_lengths
 
-OTHER_SEPARATORS = {";": "';'", "\t": "tabs", "|": "'|'"}
 Rows = tuple[tuple[LengthRange, ...], ...]
 
 
@@ -38,7 +35,7 @@ def read_table(path: Path, name: str, cables: Sequence[str]) -> Rows:
     InputError
         With one message per error: those of the head once, in line 1.
     """
-    table = _cells(path, name)
+    table = cells_of(path, name, "a head with the cables' names and at least one row")
     head = [title.strip() for title in table[0]]
     columns = _columns(head, f"file {quote(name)} line 1", cables)
     rows, errors, seen = [], InputErrors(), set()
@@ -60,25 +57,9 @@ def read_table(path: Path, name: str, cables: Sequence[str]) -> Rows:
     return tuple(rows)
 
 
-def _cells(path: Path, name: str) -> list[list[str]]:
-    """Return the cells of a file of at least two lines."""
-    try:
-        with path.open(newline="", encoding="utf-8-sig") as stream:
-            table = list(csv.reader(stream))
-    except (OSError, UnicodeDecodeError, csv.Error) as error:
-        reason = error.strerror if isinstance(error, OSError) else str(error)
-        raise InputError(f"file {quote(name)}: {reason}") from None
-    if len(table) < 2:
-        raise InputError(f"file {quote(name)}: needs a head with the cables' names and at least one row")
-    return table
-
-
 def _columns(head: Sequence[str], place: str, cables: Sequence[str]) -> dict[str, int]:
     """Return the column of every cable; `InputError` with all that is wrong with the head."""
-    for sign, called in OTHER_SEPARATORS.items():
-        if any(sign in title for title in head):
-            rule = f"columns are separated by {called}: write commas, and decimals with a point"
-            raise InputError(f"{place}: {rule}")
+    require_commas(head, place)
     errors = InputErrors()
     written = {length_column(cable): cable for cable in cables}
     beside = {*JOB_COLUMNS, *SOLUTION_COLUMNS, "message", *map(tension_column, cables)}
@@ -88,7 +69,7 @@ def _columns(head: Sequence[str], place: str, cables: Sequence[str]) -> dict[str
         cable = title if title in cables else written.get(title)
         if cable is None:
             if not (is_free(title) or (own and title in beside)):
-                errors.add(f"{place}: {_unknown(column, title, cables)}")
+                errors.add(f"{place}: {unknown_title(column, title, cables)}")
         elif cable in found:
             errors.add(f"{place}: column {quote(title)} is the second one of cable {quote(cable)}")
         else:
@@ -97,13 +78,3 @@ def _columns(head: Sequence[str], place: str, cables: Sequence[str]) -> dict[str
         errors.add(f"{place}: no column for {', '.join(missing)}")
     errors.require_none()
     return found
-
-
-def _unknown(column: int, title: str, cables: Sequence[str]) -> str:
-    if not title:
-        return f"column {column + 1} has no title: a column of your own begins with x_"
-    same = {cable.lower(): cable for cable in cables}.get(title.lower())
-    hint = (
-        suggestion(same or title, cables) or f": a column of your own begins with x_ ({quote('x_' + title)})"
-    )
-    return f"unknown column {quote(title)}{hint}"

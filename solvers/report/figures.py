@@ -33,13 +33,13 @@ Named = tuple[str, Any]
 """A figure with the name of its file."""
 
 
-def require_matplotlib() -> Any:
+def require_matplotlib(option: str = "--figures") -> Any:
     """Return matplotlib's figure class, without a display; `InputError` when it is not installed."""
     try:
         from matplotlib.backends.backend_agg import FigureCanvasAgg
         from matplotlib.figure import Figure
     except ImportError:
-        raise InputError("--figures: matplotlib is not installed: pip install '.[plot]'") from None
+        raise InputError(f"{option}: matplotlib is not installed: pip install '.[plot]'") from None
 
     def figure(width: float, height: float) -> Any:
         made = Figure(figsize=(width, height), layout="constrained")

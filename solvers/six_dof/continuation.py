@@ -18,7 +18,8 @@ Arrays, for n taut cables of N and m equations, taut cables first: ``F`` (rows, 
 forms with the rows of ``tube.TABLE``; ``model`` is an ``arrays.Model`` whose lengths are written; ``data``
 (n + 1, 7, 2) as in ``six_dof.track``; ``before, after`` (N, 2) lengths in m; ``free`` (m,), ``rows`` (m - n,
 6); ``C`` (m, m) the inverse of the derivative, ``E`` (m, m, 2); ``v, w`` (m,) radii; ``z`` (6 + n,); ``delta,
-off`` (n,); ``box`` (6 + n, 2); ``link`` is a ``Link``.
+off`` (n,); ``box`` (6 + n, 2); ``note`` (7 + n, 2) the shares of the way where a part of it begins and ends,
+and bounds of its zeros; ``link`` is a ``Link``.
 """
 
 from __future__ import annotations
@@ -61,6 +62,8 @@ SHORTEST = 1.0 / 1024.0
 """Of a piece, over the whole way: what is not proved over that is not proved."""
 MOST_PIECES = 256
 """Tried on one way: a bound of the time a call takes."""
+NOTED_PARTS = 8
+"""Of a part of the way that is noted: its bounds are the hull of theirs."""
 CONTRACTIONS = 3
 """Of the last enclosure, by the operator of Krawczyk."""
 ROUNDED = 4e-16
@@ -234,6 +237,30 @@ def times_scale(z: Any, C: Any) -> None:
             C[i, j] /= s
 
 
+@kernel()
+def note_part(
+    F: Any, model: Any, before: Any, after: Any, first: float, last: float, free: Any, w: Any, note: Any
+) -> None:
+    """Write where a part of the way begins and ends, and bounds of its zeros for all choices, to ``note``.
+
+    The bounds are the hull of those of shorter parts: along the way the lengths change together.
+    """
+    count = before.shape[0]
+    lengths, z, box = np.empty((count, 2)), np.empty(6 + model.n_taut), np.empty((6 + model.n_taut, 2))
+    note[0, 0], note[0, 1] = first, last
+    note[1:, 0], note[1:, 1] = np.inf, -np.inf
+    here = first
+    for k in range(1, NOTED_PARTS + 1):
+        there = last if k == NOTED_PARTS else first + (last - first) * (k / NOTED_PARTS)
+        for i in range(count):
+            lengths[i, 0], lengths[i, 1] = piece_of_way(before, after, here, there, i)
+        end_box(F, model, lengths, free, w, z, box)
+        for i in range(free.shape[0]):
+            note[1 + free[i], 0] = min(note[1 + free[i], 0], box[free[i], 0])
+            note[1 + free[i], 1] = max(note[1 + free[i], 1], box[free[i], 1])
+        here = there
+
+
 @part()
 def prove_piece(
     F: Any,
@@ -304,7 +331,7 @@ def contracted(data: Any, rows: Any, free: Any, after: Any, z: Any, C: Any, box:
 @entry()
 def follow(
     F: Any, S: Any, model: Any, data: Any, chart: int, rows: Any, free: Any, before: Any, after: Any,
-    start: float, near: float, link: Any, z: Any, box: Any,
+    start: float, near: float, link: Any, z: Any, box: Any, notes: Any,
 ) -> tuple[int, int, int, float, float]:  # fmt: skip
     """Prove the pose that the last one becomes while the lengths go straight from ``before`` to ``after``.
 
@@ -320,6 +347,8 @@ def follow(
         The last pose, and where a pose was found, written.
     box : (6 + n, 2)
         Where followed, the enclosure of the pose for all lengths after.
+    notes : (K, 7 + n, 2)
+        Written, for the first K pieces; K may be 0.
 
     Returns
     -------
@@ -339,6 +368,8 @@ def follow(
             F, S, model, data, chart, rows, free, before, after, here, there, link, z, C, w
         )
         if status == TRACKED:
+            if pieces < notes.shape[0]:
+                note_part(F, model, before, after, here, there, free, w, notes[pieces])
             here, step, pieces = there, 2.0 * step, pieces + 1
             if here == 1.0:
                 end_box(F, model, after, free, w, z, box)

@@ -6,7 +6,7 @@ two zeros is a static pose, or both are the same; see ``cross``.
 Arrays, for n taut cables, the one that may switch the last, and m = 6 + n equations: as in ``continuation``;
 ``slack_data`` (n, 7, 2) is ``data`` without that cable; ``A, B`` (m, m) are inverses of the derivatives with
 t_k = 0 and with its length, ``E`` (m, m, 2); ``v, w, apart, slack_w`` (m,) are radii; ``slack_z`` (6 + n,),
-``slack_box`` (6 + n, 2).
+``slack_box`` (6 + n, 2); ``notes`` (4, 7 + n, 2) are ``note`` of ``continuation``.
 """
 
 from __future__ import annotations
@@ -45,6 +45,8 @@ from solvers.six_dof.continuation import (
     end_box,
     keep_link,
     linked,
+    note_part,
+    piece_of_way,
     place_on,
     polynomial_at,
     put_lengths,
@@ -54,6 +56,8 @@ from solvers.six_dof.track import NEWTON_STEPS, TRACKED
 
 APART = 1.25
 """Radii over the distance of the two zeros of a cable that may switch."""
+FINEST = 1.0 / 4096.0
+"""Parts of a piece in which it is found where a cable switches."""
 
 
 @kernel()
@@ -142,10 +146,67 @@ def both_proved(
     return inside
 
 
+@kernel()
+def sure_until(
+    F: Any, model: Any, before: Any, after: Any, start: float, end: float, w: Any, is_taut: bool
+) -> float:
+    """Return how far from start towards end the cable is proved taut, or slack, for all choices.
+
+    That is, how far t_k of the zeros of B has one sign; their polynomial lies in the rows Z.
+    """
+    n = model.n_taut
+    lengths, z, box = np.empty(before.shape), np.empty(6 + n), np.empty((6 + n, 2))
+    unknown, radius = np.full(1, 5 + n), np.full(1, w[5 + n])
+    here, step, least = start, 0.125 * (end - start), FINEST * abs(end - start)
+    while abs(step) > least:
+        there = min(max(here + step, min(start, end)), max(start, end))
+        for i in range(before.shape[0]):
+            lo, hi = piece_of_way(before, after, min(here, there), max(here, there), i)
+            lengths[i, 0], lengths[i, 1] = lo, hi
+        end_box(F, model, lengths, unknown, radius, z, box)
+        if not (box[5 + n, 0] > 0.0 if is_taut else box[5 + n, 1] < 0.0):
+            step *= 0.5
+            continue
+        here, step = there, 2.0 * step
+        if here == end:
+            break
+    return here
+
+
+@kernel()
+def note_switch(
+    F: Any, S: Any, model: Any, before: Any, after: Any, start: float, end: float, w: Any, slack_w: Any,
+    was_taut: bool, is_taut: bool, notes: Any,
+) -> None:  # fmt: skip
+    """Write what is proved before, during and after the switch of a piece to ``notes`` (4, 7 + n, 2).
+
+    During, the zeros of B and those of A are two notes. Both polynomials lie in their rows, and that of B in
+    the rows Z, also afterwards. Nothing is written where there are no notes.
+    """
+    if notes.shape[0] == 0:
+        return
+    free = np.arange(w.shape[0])
+    first = sure_until(F, model, before, after, start, end, w, was_taut)
+    last = max(first, sure_until(F, model, before, after, end, start, w, is_taut))
+    note_part(F, model, before, after, first, last, free, w, notes[1])
+    if was_taut:
+        note_part(F, model, before, after, start, first, free, w, notes[0])
+    if is_taut:
+        note_part(F, model, before, after, last, end, free, w, notes[3])
+    copy_polynomial(F, S, SLACK_ONE, Z, w.shape[0])
+    note_part(F, model, before, after, first, last, free, slack_w, notes[2])
+    if not was_taut:
+        note_part(F, model, before, after, start, first, free, slack_w, notes[0])
+    if not is_taut:
+        note_part(F, model, before, after, last, end, free, slack_w, notes[3])
+    copy_polynomial(F, S, TAUT_ONE, Z, w.shape[0])
+
+
 @entry()
 def cross(
     F: Any, S: Any, model: Any, data: Any, slack_data: Any, chart: int, before: Any, after: Any,
     start: float, first_step: float, is_taut: bool, link: Any, z: Any, box: Any, slack_box: Any,
+    notes: Any,
 ) -> tuple[bool, float, bool]:  # fmt: skip
     """Prove a piece of the way on which the last taut cable of the model may become slack, or taut again.
 
@@ -168,6 +229,8 @@ def cross(
         Whether the last pose has the cable taut; what is known of that pose; its floats. Written.
     box, slack_box : (6 + n, 2)
         Bounds of both zeros for all lengths after, where the piece ends there.
+    notes : (4, 7 + n, 2) or (0, 7 + n, 2)
+        Written, if there are any: see ``note_switch``.
 
     Returns
     -------
@@ -198,6 +261,7 @@ def cross(
         tension, error = polynomial_at(F, 6 + k, n, delta, off)
         if not abs(tension) > up(error + w[6 + k]):
             continue
+        note_switch(F, S, model, before, after, start, there, w, slack_w, is_taut, tension > 0.0, notes)
         end_box(F, model, after, free, w, z, box)
         keep_link(F, n, free, w, delta, off, link)
         copy_polynomial(F, S, SLACK_ONE, Z, m)

@@ -9,19 +9,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cdpr_interval.errors import InputError
+from cdpr_interval.exact.enclosure import Bounds
 from cdpr_interval.mechanics.orientation import rotation_from_quaternion
 from cdpr_interval.mechanics.rotation import chart_of, quaternion_of
 from cdpr_interval.text.count import counted
 from solvers.answers.data import Solution
 from solvers.six_dof.cells.roots import GENERAL, GEOMETRY, system_of
 from solvers.six_dof.estimate import Body, Estimate, Guess
-from solvers.six_dof.way import Known, Way
+from solvers.six_dof.way import Known, Way, spread
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 FULL_SYSTEM = 6
 """Taut cables from which on the lengths alone fix the pose."""
+SLACK_AT_START = 1.0 + 1e-6
+"""Least length of a slack cable at a start, over its distance there."""
 ANOTHER = 1e-6
 """How far, in sizes of the platform, the distances at a start's pose may lie outside its own."""
 
@@ -91,6 +94,22 @@ def place_of(body: Body, start: Any) -> Place:
     taut = list(start.taut)
     densities = start.tensions[taut].mean(axis=-1) / start.distances[taut].mean(axis=-1)
     return _place(body, centre, start.nominal.quaternion_wxyz, start.taut, densities)
+
+
+def known_at(body: Body, place: Place, lengths: Bounds, load: Bounds) -> Known:
+    """Return what is known at the place of a start, from where it goes on to ``lengths`` (N, 2).
+
+    The taut cables have the start's own distances; slack ones are as long as they are to be, or longer where
+    that would be too short. ``load`` (3, 2) bounds the load.
+    """
+    assert place.densities is not None
+    taut = tuple(place.taut.tolist())
+    rotation = rotation_from_quaternion(quaternion_of(place.chart, place.z))
+    distances = body.distances(place.z[3:6], rotation)[:, None]
+    own = np.maximum(lengths, SLACK_AT_START * distances)
+    own[place.taut] = distances[place.taut]
+    z = spread(np.concatenate([place.z[:6], place.densities]), taut, len(lengths))
+    return Known(taut, z, own, load, z, np.zeros(len(z)))
 
 
 def is_single(solution: Solution) -> bool:

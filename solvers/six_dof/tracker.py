@@ -22,9 +22,8 @@ from numpy.typing import NDArray
 from cdpr_interval.errors import CdprError, InputError
 from cdpr_interval.exact.enclosure import Bounds, enclose
 from cdpr_interval.mechanics.loaded import loaded
-from cdpr_interval.mechanics.orientation import rotation_from_quaternion
 from cdpr_interval.mechanics.rotation import HALF_TURNS, chart_of, quaternion_of, u_in
-from cdpr_interval.mechanics.six_dof.fields import Cables, Fields, fill_fields
+from cdpr_interval.mechanics.six_dof.fields import Cables, Fields, FrameBounds, fill_fields
 from cdpr_interval.mechanics.six_dof.frame import Frame
 from cdpr_interval.mechanics.stability import Stability
 from cdpr_interval.robots.cable_robot import Robot
@@ -40,7 +39,7 @@ from solvers.six_dof import scope
 from solvers.six_dof.cells.roots import GENERAL, system_of
 from solvers.six_dof.estimate import Body, Estimate, Guess, estimate
 from solvers.six_dof.forward import solve
-from solvers.six_dof.place import Place, guess_of, is_single, place_of
+from solvers.six_dof.place import Place, guess_of, is_single, known_at, place_of
 from solvers.six_dof.prepared import cables_of
 from solvers.six_dof.track import (
     BROAD,
@@ -67,8 +66,6 @@ SMALLEST_REGION = 2.0**-15
 """Radius of the last region over the platform's size, some 10 micrometres for a platform of 0.5 m."""
 LARGER_EVERY = 16
 """After so many updates the region twice as large is tried again."""
-SLACK_AT_START = 1.0 + 1e-6
-"""Least length of a slack cable at a start, over its distance there."""
 CHART_END = 1.2
 """Largest entry of u before another chart takes over; every rotation has a chart where it is at most 1."""
 
@@ -157,7 +154,6 @@ class Tracker:
         least = metres("least_radius", least_radius, smallest, self._radius)
         self._follows = follow
         self._last = int(math.log2(self._radius / least) + 1e-9)
-        self._frame = Frame.plain().bounds
         self._count = len(robot.cables)
         self._loaded: Load | None = None
         self._charts: Floats | None = None
@@ -304,7 +300,8 @@ class Tracker:
         place.halvings = 0
         guess = cache(partial(self._estimate, place, bounds, load))
         if not self._follows:
-            reason = self._reason(status, cable, f"within {region.radius:.3g} m of the last pose")
+            where = f"within {region.radius:.3g} m of the last pose"
+            reason = reason_of(self._robot.cable_names, status, cable, where)
             return TrackedPose(TrackStatus.LOST, reason, region, taut, None, guess)
         way = self._way(place, bounds, load)
         arrived = way.go(place.chart, self._charts[place.chart], load.bounds, bounds)
@@ -314,7 +311,7 @@ class Tracker:
                 return found
             arrived.status = GONE
         where = f"after {100.0 * arrived.share:.3g} % of the way to these lengths"
-        reason = self._reason(arrived.status, arrived.cable, where)
+        reason = reason_of(self._robot.cable_names, arrived.status, arrived.cable, where)
         return TrackedPose(TrackStatus.LOST, reason, region, taut, None, guess)
 
     def _estimate(self, place: Place, bounds: Bounds, load: Load) -> Estimate:
@@ -341,20 +338,10 @@ class Tracker:
         return max(0, place.halvings - (self._updates % LARGER_EVERY == 0))
 
     def _way(self, place: Place, lengths: Bounds, load: Load) -> Way:
-        """Return the way of the pose tracked last; from a start it begins with the start's own distances.
-
-        There slack cables are as long as they are to be, or longer where that would be too short.
-        """
+        """Return the way of the pose tracked last, or from a start."""
         if place.way is not None:
             return place.way
-        taut = tuple(place.taut.tolist())
-        rotation = rotation_from_quaternion(quaternion_of(place.chart, place.z))
-        distances = self._body.distances(place.z[3:6], rotation)[:, None]
-        own = np.maximum(lengths, SLACK_AT_START * distances)
-        own[place.taut] = distances[place.taut]
-        assert place.densities is not None
-        z = spread(np.concatenate([place.z[:6], place.densities]), taut, self._count)
-        known = Known(taut, z, own, load.bounds, z, np.zeros(len(z)))
+        known = known_at(self._body, place, lengths, load.bounds)
         return Way(self._robot, known, self._size)
 
     def _move(self, place: Place, root: Floats, halvings: int, lengths: Bounds, load: Load) -> None:
@@ -408,21 +395,7 @@ class Tracker:
 
     def _fields(self, load: Load, chart: int, box: Floats, taut: Ints, lengths: Bounds) -> Fields:
         """Return what a proved pose reports."""
-        count = self._count
-        fields = Fields(
-            np.empty((1, 3, 3, 2)),
-            np.empty((1, 3, 2)),
-            np.empty((1, 2)),
-            np.empty((1, count, 2)),
-            np.empty((1, len(taut), 2)),
-            np.zeros((1, count, 2)),
-            np.empty(1, dtype=np.int64),
-        )
-        charts = np.array([chart])
-        fill_fields(load.cables, self._frame, box[None], charts, taut, lengths, fields)
-        # Proved positive; wide bounds of six tensions may still reach below zero.
-        np.maximum(fields.tensions, 0.0, out=fields.tensions)
-        return fields
+        return fields_of(load.cables, chart, box, taut, lengths)
 
     def _region(self, place: Place, halvings: int) -> Region:
         """Return the region of one radius around the reference."""
@@ -430,22 +403,6 @@ class Tracker:
         x, y, z = place.z[3:6].tolist()
         angle = math.nextafter(radius / self._size, 0.0)
         return Region((x, y, z), quaternion_of(place.chart, place.z), radius, angle)
-
-    def _reason(self, status: int, cable: int, where: str) -> str:
-        """Say why a pose is lost, and where."""
-        name = self._robot.cable_names[cable] if cable >= 0 else ""
-        reasons = {
-            NO_ROOT: "no pose was found near the last one for these lengths",
-            MOVED: f"the pose for these lengths does not lie {where}",
-            TIGHT: f"cable {name}, slack in the last pose, may be taut {where}",
-            LOOSE: f"cable {name}, taut in the last pose, may be slack {where}",
-            SINGULAR: f"the tensions are not bounded {where}: the pose is singular, or one of a family",
-            BROAD: f"the poses for all these lengths may not lie {where}",
-            FORCED: "the force is not that of the last pose, and no pose is proved to be alone near it",
-            GONE: f"no pose is proved to go on {where}: it may end there, or be singular",
-            OTHER: f"what goes on from the last pose {where} may be another one",
-        }
-        return reasons.get(status, f"more than one pose may lie {where}")
 
     def _begin(self, lengths: Any, load: Load) -> str:
         """Search everywhere for a pose to start from; return why there is none."""
@@ -478,6 +435,23 @@ class Tracker:
 ZERO_FORCE = (0.0, 0.0, 0.0)
 
 
+def reason_of(names: Sequence[str], status: int, cable: int, where: str) -> str:
+    """Say why a pose is lost, by the status of `track` and the cable at fault, and where."""
+    name = names[cable] if cable >= 0 else ""
+    reasons = {
+        NO_ROOT: "no pose was found near the last one for these lengths",
+        MOVED: f"the pose for these lengths does not lie {where}",
+        TIGHT: f"cable {name}, slack in the last pose, may be taut {where}",
+        LOOSE: f"cable {name}, taut in the last pose, may be slack {where}",
+        SINGULAR: f"the tensions are not bounded {where}: the pose is singular, or one of a family",
+        BROAD: f"the poses for all these lengths may not lie {where}",
+        FORCED: "the force is not that of the last pose, and no pose is proved to be alone near it",
+        GONE: f"no pose is proved to go on {where}: it may end there, or be singular",
+        OTHER: f"what goes on from the last pose {where} may be another one",
+    }
+    return reasons.get(status, f"more than one pose may lie {where}")
+
+
 def hull_of(each: Sequence[Fields], loose: int) -> Fields:
     """Return what one pose reports that has several bounds, in some of them with a cable slack.
 
@@ -494,6 +468,41 @@ def hull_of(each: Sequence[Fields], loose: int) -> Fields:
     first, second = (one.verdicts for one in each)
     fields = Fields._make([*parts, np.where(first == second, first, 0)])
     fields.tensions[:, loose, 0] = 0.0
+    return fields
+
+
+@cache
+def plain_frame() -> FrameBounds:
+    """Return the robot's own frames in arrays."""
+    return Frame.plain().bounds
+
+
+def fields_of(cables: Cables, chart: int, box: Floats, taut: Ints, lengths: Bounds) -> Fields:
+    """Return what a proved pose reports.
+
+    Parameters
+    ----------
+    cables : Cables
+    chart : int
+    box : (6 + n, 2)
+        u, p, and t of the taut cables; u and p are in the plain frame.
+    taut : (n,)
+    lengths : (N, 2)
+        m.
+    """
+    count = len(cables.exits)
+    fields = Fields(
+        np.empty((1, 3, 3, 2)),
+        np.empty((1, 3, 2)),
+        np.empty((1, 2)),
+        np.empty((1, count, 2)),
+        np.empty((1, len(taut), 2)),
+        np.zeros((1, count, 2)),
+        np.empty(1, dtype=np.int64),
+    )
+    fill_fields(cables, plain_frame(), box[None], np.array([chart]), taut, lengths, fields)
+    # Proved positive; wide bounds of six tensions may still reach below zero.
+    np.maximum(fields.tensions, 0.0, out=fields.tensions)
     return fields
 
 

@@ -17,7 +17,7 @@ from cdpr_interval.mechanics.six_dof.tube import SYMBOLS
 from cdpr_interval.robots.cable_robot import Robot
 from solvers.six_dof.cells.roots import GENERAL, system_of
 from solvers.six_dof.cells.tube_prover import forms_of_thread
-from solvers.six_dof.continuation import NEAR, SHORTEST, Link, follow
+from solvers.six_dof.continuation import MOST_PIECES, NEAR, SHORTEST, Link, follow
 from solvers.six_dof.crossing import cross
 from solvers.six_dof.track import FORCED, LOOSE, TIGHT, TRACKED
 
@@ -58,6 +58,22 @@ class Known:
 
 
 @dataclass
+class Noted:
+    """A part of a way, and where the pose is proved to be on it, for all choices of the lengths."""
+
+    first: float
+    """Share of the way where it begins,"""
+    last: float
+    """and where it ends."""
+    taut: tuple[int, ...]
+    """Cables whose tensions the boxes have, in their order: those that are taut, and one that is ``open``."""
+    boxes: tuple[Floats, ...]
+    """(6 + n, 2): u, p and t of the pose; with ``open`` of that with it taut and of that with it slack."""
+    open: int = -1
+    """The cable that switches here."""
+
+
+@dataclass
 class Arrived:
     """What came of a way."""
 
@@ -86,15 +102,17 @@ class Way:
         self._robot, self._size = robot, size
         self._models: dict[tuple[int, ...], Model] = {}
 
-    def go(self, chart: int, cables: Floats, load: Bounds, lengths: Bounds) -> Arrived:
+    def go(
+        self, chart: int, cables: Floats, load: Bounds, lengths: Bounds, notes: list[Noted] | None = None
+    ) -> Arrived:
         """Follow the pose to new lengths (N, 2), file order; it is moved there by `arrive`.
 
         ``cables`` (N, 6, 2) are the bounds of A_i and D_c b_i in the chart, ``load`` (3, 2) those of the
-        load.
+        load. The parts of the way that are proved are added to ``notes``, each from where the last one ends.
         """
         if not np.array_equal(self.known.load, load):
             return Arrived(FORCED)
-        return _Trip(self, chart, cables, load, lengths).run()
+        return _Trip(self, chart, cables, load, lengths, notes).run()
 
     def alone_in(self, known: Known, reference: Floats, radius: float) -> None:
         """Take over a pose that is alone in a region: ``reference`` (6,) u and p, ``radius`` in m."""
@@ -133,7 +151,16 @@ class Way:
 class _Trip:
     """One way, from the last lengths to new ones."""
 
-    def __init__(self, way: Way, chart: int, cables: Floats, load: Bounds, lengths: Bounds) -> None:
+    def __init__(
+        self,
+        way: Way,
+        chart: int,
+        cables: Floats,
+        load: Bounds,
+        lengths: Bounds,
+        notes: list[Noted] | None = None,
+    ) -> None:
+        self.notes = notes
         self.way, self.chart, self.cables, self.load, self.lengths = way, chart, cables, load, lengths
         self.known = way.known
         self.share, self.pieces, self.step = 0.0, 0, 1.0
@@ -168,11 +195,13 @@ class _Trip:
         order, n = self.order(self.known.taut), len(self.known.taut)
         z, link = self.start(order, n)
         box, system = np.empty((6 + n, 2)), system_of(GENERAL, n)
+        notes = self.sheet(MOST_PIECES, n)
         status, pieces, cable, share, step = follow(
             forms_of_thread(SYMBOLS), SYMBOLS, self.way.model(order, n, self.load), self.data(order, n),
             self.chart, system.rows, system.free[0].copy(), self.before(order), self.after(order), self.share,
-            near, link, z, box,
+            near, link, z, box, notes,
         )  # fmt: skip
+        self.note(notes[:pieces], order[:n])
         self.pieces += pieces
         self.step = step
         if pieces:
@@ -190,7 +219,7 @@ class _Trip:
         status, *_ = follow(
             forms_of_thread(SYMBOLS), SYMBOLS, self.way.model(order, n, self.load), self.data(order, n),
             self.chart, system.rows, system.free[0].copy(), here, here, 1.0, NEAR, link, z,
-            np.empty((6 + n, 2)),
+            np.empty((6 + n, 2)), np.empty((0, 7 + n, 2)),
         )  # fmt: skip
         if status == TRACKED:
             self.arrive(order[:n], z, link)
@@ -204,19 +233,46 @@ class _Trip:
         was_taut = cable in self.known.taut
         order, n = self.order((*carrying, cable)), len(carrying) + 1
         z, link = self.start(order, n)
-        boxes = np.empty((6 + n, 2)), np.empty((6 + n, 2))
+        boxes, notes = (np.empty((6 + n, 2)), np.empty((6 + n, 2))), self.sheet(4, n)
         proved, share, is_taut = cross(
             forms_of_thread(SYMBOLS), SYMBOLS, self.way.model(order, n, self.load), self.data(order, n),
             self.data(order, n - 1), self.chart, self.before(order), self.after(order), start,
-            ACROSS * max(self.step, SHORTEST), was_taut, link, z, *boxes,
+            ACROSS * max(self.step, SHORTEST), was_taut, link, z, *boxes, notes,
         )  # fmt: skip
         if not proved:
             return None
+        self.note_switch(notes, order[:n], was_taut, is_taut)
         self.pieces += 1
         self.share = share
         self.switching.append(cable)
         self.arrive(order[: n if is_taut else n - 1], z, link)
         return Arrived(TRACKED, share=share, open=cable, boxes=boxes)
+
+    def sheet(self, count: int, n: int) -> Floats:
+        """Return an array for so many notes; for none where nobody asks for them."""
+        return np.empty((0 if self.notes is None else count, 7 + n, 2))
+
+    def note(self, notes: Floats, taut: tuple[int, ...]) -> None:
+        """Keep the parts (K, 7 + n, 2) of the way with these cables taut."""
+        if self.notes is not None:
+            self.notes += [Noted(one[0, 0], one[0, 1], taut, (one[1:].copy(),)) for one in notes]
+
+    def note_switch(self, notes: Floats, taut: tuple[int, ...], was_taut: bool, is_taut: bool) -> None:
+        """Keep the parts (4, 7 + n, 2) of a piece on which the last of these cables switches."""
+        if self.notes is None:
+            return
+        before, during, slack, after = notes
+
+        def keep(one: Floats, n: int) -> None:
+            if one[0, 0] < one[0, 1]:
+                self.note(one[None, : 7 + n], taut[:n])
+
+        n = len(taut)
+        keep(before, n if was_taut else n - 1)
+        if during[0, 0] < during[0, 1]:
+            boxes = (during[1:].copy(), slack[1:].copy())
+            self.notes.append(Noted(during[0, 0], during[0, 1], taut, boxes, taut[-1]))
+        keep(after, n if is_taut else n - 1)
 
     def order(self, taut: tuple[int, ...]) -> tuple[int, ...]:
         """Return all cables, these in front."""

@@ -57,9 +57,10 @@ def test_every_help_text_has_examples(name):
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
-    """Return a folder with what the examples of a batch read."""
+    """Return a folder with what examples read."""
     path = tmp_path_factory.mktemp("examples")
     (path / "jobs.yaml").write_text(listed([[2.7, 3.9, 3.35, 4.4], [3, 3, 3, 3.1]]))
+    (path / "lengths.csv").write_text("t_s,c1,c2,c3,c4\n0,7.5,8,7,9\n1,7.5,8,7,9.3\n")
     return path
 
 

@@ -109,6 +109,7 @@ class PlumbClass:
         def follow(ranges: Any) -> Any:
             lengths = tuple((Fraction(lo), Fraction(hi)) for lo, hi in ranges.tolist())
             (pose,) = self.forward(Problem(robot, lengths), Options()).solutions
-            return SimpleNamespace(proved=True, reason="", states=pose.cable_states, tensions=pose.tensions)
+            known = {"position": pose.position, "tensions": pose.tensions}
+            return SimpleNamespace(proved=True, reason="", states=pose.cable_states, **known)
 
         return follow

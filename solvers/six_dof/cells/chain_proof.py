@@ -14,7 +14,8 @@ From tau = 0 to a tube's end, for given lengths of the others, the distance of k
 pose without k to one below its length. If it begins at or below it, the pose without k is static and no other
 one of these is; else exactly one tau > 0 has k as long as it is, and that is static: one for each choice.
 
-Arrays, for n taut cables of N and m = 6 + n equations: ``F`` forms with the rows of ``tube.TABLE``; ``model``
+Arrays, for n taut cables of N and m = 6 + n equations: ``F`` (rows, columns of a form, LANES) forms with the
+rows of ``tube.TABLE``; ``model``
 is an ``arrays.Model`` whose lengths are written; ``lengths`` (N, 2) in m, taut cables first; ``tau`` (2,)
 bounds; ``z`` (6 + n,); ``C`` (m, m); ``v, w, reach`` (m,) radii; ``polynomial`` (m, TERMS); ``E`` (m, m, 2).
 """
@@ -294,7 +295,7 @@ def is_short_at_end(
     k = model.n_taut - 1
     end, radii = np.empty(polynomial.shape), np.empty(w.shape[0])
     end_of(polynomial, k, 1.0, w, end, radii)
-    place_tube(F, end, radii, S)
+    place_tube(F, end, np.empty((radii.shape[0], 0)), radii, S)
     lo, hi = interval.sqr(lengths[k, 0], lengths[k, 1])
     model.lengths_sq[k] = 0.5 * lo + 0.5 * hi
     model.lengths_sq_err[k] = up(max(up(hi - model.lengths_sq[k]), up(model.lengths_sq[k] - lo)))

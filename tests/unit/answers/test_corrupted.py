@@ -9,7 +9,7 @@ import random
 import pytest
 
 from cdpr_interval import InputError
-from solvers import IkResult, Result, forward_kinematics, inverse_kinematics
+from solvers import IkResult, Motion, Result, forward_kinematics, inverse_kinematics, motion
 
 JUNK = [
     None, True, False, 0, -1, 1.5, math.inf, math.nan, "x", "", [], {}, [1], [[1, 2]], {"a": 1}, "c1", 10**30,
@@ -18,11 +18,13 @@ JUNK = [
 CHANGES = 600
 
 
-@pytest.fixture(params=["fk", "ik"])
+@pytest.fixture(params=["fk", "ik", "motion"])
 def whole(request):
     """A document and its class."""
     if request.param == "fk":
         return forward_kinematics("uc2", ["7.5+-0.001", "8"]).to_dict(), Result
+    if request.param == "motion":
+        return motion("uc4", [(0, [7.5, 8, 7, 9]), (1, [7.5, 8, 7, 9.3])]).to_dict(), Motion
     return inverse_kinematics("uc2", (5, 0, -7), settle=True).to_dict(), IkResult
 
 
@@ -56,7 +58,8 @@ def test_one_change_in_a_document(whole):
         except InputError as error:
             refused += 1
             assert 1 <= len(error.messages) <= 21
-            assert all("result" in line for line in error.messages), error
+            label = "motion" if kind is Motion else "result"
+            assert all(label in line for line in error.messages), error
             continue
         text = found.to_json()
         assert kind.from_json(text).to_json() == text
@@ -70,5 +73,5 @@ def test_one_change_in_a_document(whole):
 def test_names_of_cables_differ(whole):
     document, kind = whole
     document["cables"] = ["c1", "c1"]
-    with pytest.raises(InputError, match=r"result.cables: names must differ"):
+    with pytest.raises(InputError, match=r"(result|motion).cables: names must differ"):
         kind.from_json(document)

@@ -17,7 +17,7 @@ from cdpr_interval.exact.vector import Vector
 from cdpr_interval.mechanics.cables import law
 from cdpr_interval.robots.cable_robot import Cable, Elasticity
 from cdpr_interval.robots.formats import reader
-from solvers import Outcome, Result, classes, forward_kinematics, inverse_kinematics
+from solvers import Outcome, Result, classes, forward_kinematics, inverse_kinematics, motion
 from solvers.cli import main
 from tests.support import hanging_mass, toy_class
 
@@ -58,6 +58,9 @@ def test_a_class_of_robots(bob) -> None:
     assert result.verify(robot) == []
     followed = classes.class_of(robot).follower(robot, result.solutions[0])(np.array([[1.0, 2.0]]))
     assert followed.proved and followed.states == result.solutions[0].cable_states
+    moved = motion(robot, [(0, ["2"]), (1, ["3"])])
+    assert moved.outcome is Outcome.COMPLETE
+    assert moved.segments[-1].tube.position[2] == pytest.approx([-0.5, 0.5])
     with pytest.raises(InputError, match="method: a plumb bob has none"):
         forward_kinematics(robot, ["2"], method="search")
 

@@ -13,7 +13,7 @@ PUBLIC = [
     for package in ("cdpr_interval", "solvers", "certificates")
     for name in import_module(package).__all__
 ]
-WITHOUT = {"result_figure", "write_certificate", "write_report"}
+WITHOUT = {"motion_picture", "result_figure", "write_certificate", "write_report"}
 """Functions that are methods of results, which have the examples."""
 
 

@@ -1,0 +1,104 @@
+"""From which poses a motion starts: those for the lengths of its first row."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from cdpr_interval.errors import CdprError
+from cdpr_interval.exact.enclosure import Bounds
+from cdpr_interval.mechanics.stability import Stability
+from cdpr_interval.robots.cable_robot import Robot
+from solvers.answers.data import Solution, StopReason
+from solvers.answers.result import Result
+from solvers.classes import class_of
+from solvers.motions.course import Course
+from solvers.motions.one_pose import OnePoseMover
+from solvers.motions.platform import PlatformMover
+from solvers.motions.stretch import Mover
+
+
+@dataclass(frozen=True)
+class Starts:
+    """The stable poses at the start."""
+
+    poses: tuple[Solution, ...]
+    """Proved; lowest first, or just the nearest to a place that was asked for."""
+    among: tuple[Solution, ...]
+    """All poses that were found there."""
+    is_complete: bool
+    """Proved that there are no others; always true where one was asked for and found."""
+    message: str
+    """One sentence: what was found."""
+
+
+def question_at_start(robot: Robot, course: Course) -> Sequence[Any]:
+    """Return the lengths for which poses are looked for: the first row's, of platforms their middles."""
+    return course.rows[0].lengths if class_of(robot).solves_ranges else course.middles(course.begin)
+
+
+def chosen(result: Result, near: Sequence[float] | None) -> Starts:
+    """Return the stable poses of a result, or the one nearest to a place (x, y, z) in m."""
+    stable = [s for s in result.solutions if s.is_proved and s.stability is Stability.STABLE]
+    # A pose with an open cable is one that is known, too.
+    ends = result.stop_reason is StopReason.EXHAUSTED and not (result.undecided or result.pending)
+    decided = all(s.is_proved and s.stability is not Stability.UNDECIDED for s in result.solutions)
+    is_complete = ends and decided
+    if near is not None and stable:
+        nearest = min(stable, key=lambda s: math.dist(s.nominal.position, near))
+        return Starts((nearest,), result.solutions, True, result.message)
+    return Starts(tuple(stable), result.solutions, is_complete, result.message)
+
+
+def mover_of(robot: Robot, start: Solution, among: Sequence[Solution], lengths: Bounds) -> Mover:
+    """Return what leads a pose from the lengths at its start.
+
+    Parameters
+    ----------
+    robot : Robot
+    start : Solution
+    among : sequence of Solution
+        The poses for these lengths that are known, this one too: it is proved which of them is led.
+    lengths : (N, 2)
+        m: around the lengths of the start; of a robot with one pose for each choice they may be ranges.
+
+    Raises
+    ------
+    CdprError
+        The pose cannot be led from there; the message says why.
+    """
+    kind = class_of(robot)
+    if kind.solves_ranges:
+        return OnePoseMover(kind.follower(robot, start), lengths)
+    mover = PlatformMover(robot, start, lengths)
+    if [one for one in among if _may_be(one, mover)] != [start]:
+        raise CdprError("it cannot be told from another one")
+    return mover
+
+
+def _may_be(solution: Solution, mover: Mover) -> bool:
+    """Return True when a solution's box and a mover's have a pose in common, or may have one."""
+    here = mover.here
+    pairs = ((solution.position, here.position), (solution.rotation, here.rotation))
+    return all(bool(np.all((a[..., 0] <= b[..., 1]) & (b[..., 0] <= a[..., 1]))) for a, b in pairs)
+
+
+def mover_at(robot: Robot, start: Solution, among: Sequence[Solution], course: Course) -> Mover:
+    """Return what leads a pose from the first row of a course, for all lengths in their ranges.
+
+    Raises
+    ------
+    CdprError
+        The pose cannot be led from there; the message says why.
+    """
+    begin = course.begin
+    if class_of(robot).solves_ranges:
+        return mover_of(robot, start, among, course.bounds(begin))
+    mover = mover_of(robot, start, among, course.of_middles().bounds(begin))
+    if reason := mover.go(course.bounds(begin)).reason:
+        raise CdprError(f"for all lengths of the first row: {reason}")
+    return mover
