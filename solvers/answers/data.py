@@ -192,6 +192,8 @@ class Undecided(Described):
     """Hull of the platform's origins, base frame."""
     rotation: Matrix
     """Hull of the rotations, platform to base."""
+    poses: tuple[int, int] | None = None
+    """How many static poses of this subset it holds at least and at most, for each choice; null: unknown."""
 
     def __repr__(self) -> str:
         box = " x ".join(f"[{lo:.6g}, {hi:.6g}]" for lo, hi in self.position.tolist())

@@ -111,7 +111,7 @@ def subset_claim(
     if (finding.states != TAUT).any():
         names = problem.robot.cable_names
         zero = ", ".join(names[taut[i]] for i in np.flatnonzero(finding.states != TAUT))
-        return Undecided(taut, 1, f"the tension of {zero} may be zero", finding.position, IDENTITY)
+        return Undecided(taut, 1, f"the tension of {zero} may be zero", finding.position, IDENTITY, (0, 1))
     return complete_claim(problem, arrays, lengths, taut, finding, exact)
 
 
@@ -124,7 +124,7 @@ def own_pose(
     if isinstance(finding, NoPose):
         return None
     if isinstance(finding, Unproved):
-        return Undecided(taut, 1, finding.reason, finding.position, IDENTITY)
+        return Undecided(taut, 1, finding.reason, finding.position, IDENTITY, (0, 1))
     return finding
 
 
@@ -147,7 +147,7 @@ def dependent_claim(
     if not carrying:
         zero = ", ".join(problem.robot.cable_names[i] for i in taut)
         reason = f"the tensions of {zero} are not unique, and whether all can be positive is not decided"
-        return Undecided(taut, 1, reason, finding.position, IDENTITY)
+        return Undecided(taut, 1, reason, finding.position, IDENTITY, (0, 1))
     if {i for few in carrying for i in few} != set(taut):
         return None
     return complete_claim(problem, arrays, lengths, taut, finding, next(iter(carrying.values())))

@@ -98,7 +98,8 @@ def answer_without_pose(problem: Problem, arrays: RobotArrays, finding: NoPose |
             message += short_message(shortfall(arrays.exits, [hi for _, hi in problem.lengths]))
         return Answer((), subsets=_claims(problem, arrays, (), (), False, True), message=message)
     asked = tuple(range(count)) if problem.taut is None else problem.taut
-    region = Undecided(asked, 1, finding.reason, finding.position, IDENTITY)
+    # Convex: there are never two.
+    region = Undecided(asked, 1, finding.reason, finding.position, IDENTITY, (0, 1))
     return Answer((), (region,), subsets=_claims(problem, arrays, (), tuple(range(count)), False, False))
 
 

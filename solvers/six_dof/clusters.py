@@ -5,16 +5,20 @@ Cells at whose poses no taut cable pulls against the load are not among them: th
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
 from cdpr_interval.exact import balls
+from cdpr_interval.mechanics.six_dof import system as newton
 from cdpr_interval.mechanics.six_dof.arrays import Model
 from cdpr_interval.mechanics.six_dof.frame import Pose, centred_cayley, half_turn
 from solvers.answers.data import Undecided
 from solvers.questions.problem import Problem
 from solvers.six_dof.cells.kinds import POSE_CELLS, ROTATION_CELLS, CellKind
 from solvers.six_dof.cells.lift import may_lift
+from solvers.six_dof.cells.root_search import System
 from solvers.six_dof.cells.subset_search import SubsetSearch
 from solvers.six_dof.reduction import Reduced
 from solvers.six_dof.solution import origin
@@ -23,6 +27,8 @@ Floats = NDArray[np.float64]
 
 NEAR = 1e-6
 """Cells nearer than this, or than the widest of them is, are one region: contraction leaves gaps."""
+MOST_LOOKED_AT = 1_000
+"""Most cells of a region over which the derivative is looked at."""
 FINEST = 2_000
 """Most boxes whose touching is looked at pair by pair."""
 
@@ -44,7 +50,9 @@ def clusters(
         count += len(cells)
         for group in [] if family else connected(cells, kind.columns.chart):
             chart = int(cells[group[0], kind.columns.chart])
-            found.append(entry(problem, taut, reduced, cells[group], poses[group], chart, search.reason))
+            one = entry(problem, taut, reduced, cells[group], poses[group], chart, search.reason)
+            most = most_poses(reduced.model, search.prover.system, cells[group], chart, kind)
+            found.append(replace(one, poses=most))
     return [anywhere(problem, taut, search.reason, count)] if family and count else found
 
 
@@ -56,6 +64,43 @@ def enclosed(model: Model, cells: Floats, kind: CellKind) -> Floats:
         if kind.enclose(model, cell, lo, hi):
             pose[:, 0], pose[:, 1] = lo, hi
     return poses
+
+
+def most_poses(
+    model: Model, system: System, cells: Floats, chart: int, kind: CellKind
+) -> tuple[int, int] | None:
+    """Return (0, 1) where there are not two equilibria of the taut cables in some cells; None: unknown.
+
+    The derivative of their system is regular over the hull of all unknowns, for every choice of the data.
+    """
+    n = model.n_taut
+    if len(cells) > MOST_LOOKED_AT or system.rod:
+        return None
+    free, data = np.ascontiguousarray(system.free[chart]), np.empty((n + 1, 7, 2))
+    unknowns = np.full((len(cells), 6 if len(free) == 6 else 6 + n, 2), np.nan)
+    lo, hi = np.empty((2, unknowns.shape[1]))
+    for cell, found in zip(cells, unknowns, strict=True):
+        if not kind.enclose(model, cell, lo, hi):
+            return None
+        found[:, 0], found[:, 1] = lo, hi
+    box = np.zeros((6 + n, 2))
+    box[free, 0], box[free, 1] = unknowns[:, free, 0].min(axis=0), unknowns[:, free, 1].max(axis=0)
+    newton.fill_data(model, chart, data)
+    for columns, side in (
+        (slice(0, 3), model.exit_spread),
+        (slice(3, 6), model.anchor_sides + model.centre_sides),
+    ):
+        data[:n, columns, 0] = np.nextafter(data[:n, columns, 0] - side[:n], -np.inf)
+        data[:n, columns, 1] = np.nextafter(data[:n, columns, 1] + side[:n], np.inf)
+    f, J = np.empty((len(free), 2)), np.empty((len(free), len(free), 2))
+    middle = box.mean(axis=1)
+    newton.jacobian_over(data, system.rows, free, np.stack([middle, middle], axis=1), f, J)
+    with np.errstate(all="ignore"):
+        try:
+            inverse = np.ascontiguousarray(np.linalg.inv(J.mean(axis=2)))
+        except np.linalg.LinAlgError:
+            return None
+    return (0, 1) if newton.regular(data, system.rows, free, inverse, box) else None
 
 
 def connected(cells: Floats, chart: int) -> list[NDArray[np.int64]]:

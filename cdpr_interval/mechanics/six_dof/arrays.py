@@ -77,6 +77,8 @@ class Model(NamedTuple):
     """(N, 3) how far each arm's entries may be from their middles by its own doing,"""
     centre_sides: Floats
     """(3,) and by that of the centre of mass, alike for all arms; ``arm_spread`` bounds both together."""
+    vague: bool
+    """Some of these spreads are not zero."""
     own_points: bool
     """``lengths`` are the cables' own, between the points of each choice; only for tubes."""
     size: float
@@ -241,7 +243,7 @@ def build_model(
     exits, arms, spreads = spread_apart(exits, arms, spread, centre)
     outer = [i for i in range(n_taut) if i not in central]
     # An arm with zero in the middle of its range: the cable ends at the centre of mass for some choices.
-    vague = any(all(r.lo == r.hi == 0 for r in arms[i]) for i in outer)
+    doubtful = any(all(r.lo == r.hi == 0 for r in arms[i]) for i in outer)
     a, a_err = _vectors(exits)
     b, b_err = _vectors(arms)
     pairs = [(i, j) for i in range(count) for j in range(count)]
@@ -260,7 +262,7 @@ def build_model(
         n_taut=n_taut,
         planar=planar,
         statics=statics,
-        hanging=statics and 1 <= len(outer) <= 3 and len(central) > 0 and not vague,
+        hanging=statics and 1 <= len(outer) <= 3 and len(central) > 0 and not doubtful,
         slack=slack,
         exits=a,
         exits_err=a_err,
@@ -278,6 +280,7 @@ def build_model(
         load=f,
         load_err=f_err,
         **spreads,
+        vague=bool(spreads["gaps"].any()),
         own_points=False,
         size=platform_size(b[:n_taut]),
         orders=central_first(triples_by_spread(a, b, n_taut), central),

@@ -302,7 +302,7 @@ def wrench_rows(F: Forms, model: Any, S: Symbols) -> None:
     if len(S.data) > MOST_TAUT:
         vary_wrenches(F, model, S)
         vary_load(F, model, S)
-    elif len(S.data) > 0:
+    elif model.vague:
         spread_wrenches(F, model, S)
 
 

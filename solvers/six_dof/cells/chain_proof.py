@@ -15,9 +15,9 @@ pose without k to one below its length. If it begins at or below it, the pose wi
 one of these is; else exactly one tau > 0 has k as long as it is, and that is static: one for each choice.
 
 Arrays, for n taut cables of N and m = 6 + n equations: ``F`` (rows, columns of a form, LANES) forms with the
-rows of ``tube.TABLE``; ``model``
-is an ``arrays.Model`` whose lengths are written; ``lengths`` (N, 2) in m, taut cables first; ``tau`` (2,)
-bounds; ``z`` (6 + n,); ``C`` (m, m); ``v, w, reach`` (m,) radii; ``polynomial`` (m, TERMS); ``E`` (m, m, 2).
+rows of ``tube.TABLE``; ``model`` is an ``arrays.Model`` whose lengths are written; ``lengths`` (N, 2) in m,
+taut cables first; ``tau`` (2,) bounds; ``z`` (6 + n,); ``C`` (m, m); ``v, w, reach`` (m,) radii;
+``polynomial`` (m, TERMS); ``E`` (m, m, 2).
 """
 
 from __future__ import annotations

@@ -102,6 +102,7 @@ def middle_of(model: Model) -> Model:
         gaps=np.zeros_like(model.gaps),
         anchor_sides=np.zeros_like(model.anchor_sides),
         centre_sides=np.zeros_like(model.centre_sides),
+        vague=False,
         own_points=False,
     )
 
