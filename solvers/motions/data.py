@@ -142,7 +142,8 @@ class MotionData(Described):
     question: MotionQuestion
     """What was asked."""
     outcome: Outcome
-    """Complete: every stable pose of the start, or the one asked for, is proved to the last time."""
+    """Complete: every stable pose of the start (of ranges on a platform: of their middles), or the one asked
+    for, is proved to the last time."""
     stop_reason: StopReason
     """Why it ended; exhausted means that nothing stopped it."""
     message: str
@@ -186,9 +187,9 @@ def pose_data(solution: Solution) -> PoseData:
     )
 
 
-def segment_of(span: Span) -> Segment:
-    """Return a span as a segment."""
+def segment_of(span: Span, is_last: bool = False) -> Segment:
+    """Return a span as a segment: one behind which nothing is proved does not end after the span."""
     tube = span.tube
     tensions = np.maximum(tube.tensions, 0.0)
-    times = float(span.begin), float(span.end)
+    times = float(span.begin), enclose(span.end)[0] if is_last else float(span.end)
     return Segment(times, tube.taut, tube.switching, Tube(tube.position, tube.rotation, tensions))

@@ -29,14 +29,13 @@ from solvers.motions.data import (
     EventData,
     EventKind,
     MotionQuestion,
-    Segment,
     Track,
     pose_data,
     segment_of,
 )
 from solvers.motions.ending import ending
 from solvers.motions.result import Motion
-from solvers.motions.start import Starts, chosen, mover_at, question_at_start
+from solvers.motions.start import Starts, chosen, is_of_middles, mover_at, question_at_start
 from solvers.motions.times import between, shown_time
 from solvers.motions.trail import Span, Trail, lead
 from solvers.questions.checked import check_budgets, require_treated, uncertain_data
@@ -254,7 +253,9 @@ def _track(problem: MotionProblem, starts: Starts, number: int, options: MotionO
         events.append(EventData(trail.reached, course.end, EventKind.LOST, reason=STOPPED[trail.stop]))
     elif trail.reason:
         events.append(ending(problem.robot, course, trail, mover.here, options.budget, options.threads))
-    segments: tuple[Segment, ...] = tuple(map(segment_of, trail.spans))
+    is_lost = trail.stop is not None or bool(trail.reason)
+    last = len(trail.spans) - 1
+    segments = tuple(segment_of(span, is_lost and k == last) for k, span in enumerate(trail.spans))
     return Track(pose_data(start), segments, tuple(event.rounded() for event in events))
 
 
@@ -280,6 +281,9 @@ def _verdict(
     if not starts.poses:
         if stop is not None:
             return Outcome.INCOMPLETE, f"{STOPPED[stop]}, in the search for the start"
+        if is_of_middles(problem.robot, problem.course):
+            found = "no stable pose for the middles of the first lengths; for others of them there may be one"
+            return Outcome.INCOMPLETE, f"{found}: {starts.message}"
         if starts.is_complete:
             return Outcome.COMPLETE, f"no stable pose at the start: {starts.message}"
         return Outcome.INCOMPLETE, f"no stable pose is proved at the start: {starts.message}"

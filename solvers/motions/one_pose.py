@@ -6,7 +6,7 @@ It moves continuously, since poses are bounded and their limits are poses.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -75,7 +75,7 @@ class OnePoseMover:
                 here = found.last
             if reason:
                 break
-        self._go_to(lengths_on(self._lengths, lengths, here, here) if here < 1.0 else lengths)
+        self._go_to(lengths_on(self._lengths, lengths, here, here) if here < 1.0 else lengths, stretches)
         return Moved(here, tuple(stretches), reason)
 
     def _finest(self, lengths: Bounds) -> float:
@@ -84,12 +84,14 @@ class OnePoseMover:
         way = float(np.abs(lengths - self._lengths).max())
         return min(max(self.finest, wide / (SHARP * way) if way else 1.0), COARSEST)
 
-    def _go_to(self, lengths: Bounds) -> None:
-        """Be at lengths for which there is a pose."""
+    def _go_to(self, lengths: Bounds, stretches: Sequence[Stretch]) -> None:
+        """Be at lengths for which there is a pose, at the end of the last of some stretches."""
         pose = self._follow(lengths)
         self._lengths = lengths
         if pose.proved:
             self._here = _stretch(pose, 1.0, 1.0)
+        elif stretches:
+            self._here = stretches[-1]
 
     def _part(self, lengths: Bounds, first: float, last: float) -> tuple[Stretch | None, str]:
         """Return the pose on a part of the way, and why there is none."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import io
 from collections.abc import Iterator, Sequence
+from decimal import ROUND_CEILING, ROUND_FLOOR
 
 import numpy as np
 
@@ -55,12 +56,20 @@ def _row(names: Sequence[str], span: float, segment: Segment) -> tuple[str, ...]
         "0" if not hi else proved_significant(lo, hi, DIGITS) for lo, hi in segment.tube.tensions.tolist()
     ]
     return (
-        "..".join(shown_time(time, span) for time in segment.t),
+        _times(segment, span),
         ",".join(names[i] for i in segment.taut),
         ",".join(names[i] for i in segment.switching),
         *(proved_decimal(lo, hi, DECIMALS) for lo, hi in segment.tube.position.tolist()),
         ", ".join(tensions),
     )
+
+
+def _times(segment: Segment, span: float) -> str:
+    """Return when a segment holds: rounded outwards where cables switch, else inwards."""
+    if segment.switching:
+        return between(*segment.t, span)
+    begin, end = segment.t
+    return f"{shown_time(begin, span, ROUND_CEILING)}..{shown_time(end, span, ROUND_FLOOR)}"
 
 
 def _happened(event: Event) -> str:

@@ -18,7 +18,6 @@ from solvers.six_dof.cells.halves import cut_lengths
 from solvers.six_dof.cells.own_tubes import add_own_tubes
 from solvers.six_dof.cells.roots import Root, lies_in, pose_of
 from solvers.six_dof.cells.subset_search import SubsetSearch
-from solvers.six_dof.cells.tube_prover import TubeProver
 from solvers.six_dof.clusters import anywhere, clusters
 from solvers.six_dof.families_point import point_solution, poses_at
 from solvers.six_dof.hanging import hangs_by_centre
@@ -215,7 +214,7 @@ class Run:
         own = Searched(taut, reduced, subset, coarse, self.add_roots(taut, kind, reduced, roots, found))
         own.regions = clusters(self.problem, taut, reduced, subset, kind.vertical or kind.rod)
         found.undecided += own.regions
-        if isinstance(subset.prover, TubeProver) and not (kind.vertical or kind.rod):
+        if any(lo < hi for lo, hi in self.problem.lengths) and not (kind.vertical or kind.rod):
             self.searched.append(own)
 
     def add_roots(

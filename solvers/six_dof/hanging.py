@@ -63,7 +63,7 @@ def slack_rotation(problem: Problem, centre: arb_mat, cables: Sequence[int]) -> 
     )
     # Of a and b, and some dozens of roundings.
     loose = [
-        balls.to_bounds(sum((x.rad() for x in balls.entries(s)), arb(0)) * balls.norm(y) * 2)[1]
+        balls.to_bounds((radius_of(s) * balls.norm(y) + balls.norm(s) * radius_of(y)) * 2)[1]
         for s, y in zip(spokes, arms, strict=True)
     ]
     error = np.array(loose) + 1e-13 * (size + np.abs(least))
@@ -85,6 +85,11 @@ def slack_rotation(problem: Problem, centre: arb_mat, cables: Sequence[int]) -> 
         h *= 0.5
         corners = h * np.array([[x, y, z, 0.0] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)])
         cells = (cells[:, None, :] + corners[None]).reshape(-1, 4)
+
+
+def radius_of(v: arb_mat) -> arb:
+    """Return a bound of how far vectors in a ball are from its middle."""
+    return sum((x.rad() for x in balls.entries(v)), arb(0))
 
 
 def excesses(cells: Floats, a: Floats, b: Floats) -> Floats:

@@ -32,14 +32,21 @@ def distinct(roots: Sequence[Root], reduction: Reduction = GENERAL) -> list[Root
     kept: list[Root] = []
     indices: list[int] = []
     for k, root in enumerate(ordered):
-        others = [other for other, j in zip(kept, indices, strict=True) if candidates[k, j]]
-        pose = pose_of(replace(root, box=root.core), PLAIN) if others else None
-        if pose is None or not any(
-            lies_in(in_family(pose, reduction, other.chart), PLAIN, other) for other in others
+        pairs = list(zip(kept, indices, strict=True))
+        if not any(
+            (candidates[k, j] and is_in(root, other, reduction))
+            or (candidates[j, k] and is_in(other, root, reduction))
+            for other, j in pairs
         ):
             kept.append(root)
             indices.append(k)
     return kept
+
+
+def is_in(one: Root, other: Root, reduction: Reduction) -> bool:
+    """Return True when a root is proved to be in another one's uniqueness box."""
+    pose = pose_of(replace(one, box=one.core), PLAIN)
+    return lies_in(in_family(pose, reduction, other.chart), PLAIN, other)
 
 
 def in_family(pose: Pose, reduction: Reduction, chart: int) -> Pose:

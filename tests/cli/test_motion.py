@@ -30,7 +30,7 @@ def run(tmp_path, monkeypatch):
 def test_a_motion_is_proved(run, tmp_path):
     done = run("uc4", "--lengths", "uc4.csv", "--step", 5, "--json", "m.json", "--csv", "m.csv")
     assert done.exit_code == 0
-    assert "c4 becomes slack" in done.stdout and "7.2168..7.21893  c1,c2,c3     c4" in done.stdout
+    assert "c4 becomes slack" in done.stdout and "7.21679..7.21894  c1,c2,c3     c4" in done.stdout
     result = Motion.from_json((tmp_path / "m.json").read_text())
     assert result.question.file == "uc4.csv" and result.question.step == 5.0
     assert (tmp_path / "m.csv").read_text() == result.to_csv()

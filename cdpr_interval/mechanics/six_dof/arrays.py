@@ -130,8 +130,11 @@ def apart(vectors: list[RangeVector]) -> tuple[list[RangeVector], Floats]:
 
 
 def norms(vectors: Floats) -> Floats:
-    """Return upper bounds (N,) of the norms of vectors (N, 3), 0 for zero."""
-    return np.asarray(np.linalg.norm(vectors, axis=1) * (1.0 + 1e-15))
+    """Return upper bounds (N,) of the norms of vectors (N, 3) >= 0, 0 for zero."""
+    most = vectors.max(axis=1, initial=0.0)
+    scale = np.where(most > 0.0, most, 1.0)
+    found = np.linalg.norm(vectors / scale[:, None], axis=1) * (1.0 + 1e-15) * scale
+    return np.asarray(np.where(most > 0.0, np.nextafter(found, np.inf), 0.0))
 
 
 def longer_and_shorter(lengths: Floats, by: Floats) -> tuple[Floats, Floats, Floats]:
@@ -214,7 +217,8 @@ def spread_apart(
         "exit_spread": exit_spread,
         "arm_spread": arm_spread,
         "gaps": np.asarray((norms(exit_spread) + arm_spread) * (1.0 + 1e-15)),
-        "anchor_sides": np.where(half > shared, np.nextafter(half - shared, np.inf), 0.0),
+        # Both are rounded up, by less than two units each.
+        "anchor_sides": np.where(half > 0.0, np.maximum(half - shared, 0.0) + 4.0 * np.spacing(half), 0.0),
         "centre_sides": shared,
     }
     return exits, arms, fields

@@ -8,6 +8,8 @@ within these bounds is an error.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -118,6 +120,8 @@ class Carpet:
 
     def __init__(self, chain: Chain, own: NDArray[np.int64]) -> None:
         self.chart = chain.tubes[0].chart
+        self.own = own
+        self.chain = chain
         self.strands = [Strand(tube, own) for tube in chain.tubes]
         self.k = self.strands[0].k
         self.end = self.strands[-1].last * (1.0 - ROUNDED)
@@ -145,8 +149,11 @@ class Carpet:
                 return False
         return True
 
-    def has_tube(self, tube: Tube, depth: int = 0) -> bool:
-        """Return True when all static poses of a tube of the subset, over the chain's lengths, are on it."""
+    def has_tube(self, tube: Tube, depth: int = 0, over: Sequence[Tube] = ()) -> bool:
+        """Return True when all static poses of a tube of the subset, over the chain's lengths, are on it.
+
+        ``over`` : the chain's tubes over the same part of the lengths as the tube; by default all of it.
+        """
         constant, slopes, squares, mixed = split_terms(tube.polynomial)
         rest = np.abs(squares).sum(axis=1) + 0.5 * np.abs(mixed).sum(axis=(1, 2)) + tube.radii
         row = 6 + self.k
@@ -156,15 +163,22 @@ class Carpet:
             return True
         if tube.chart != self.chart:
             return False
+        over = over or self.chain.tubes
         if hi <= self.end:
             room = ROUNDED * self.end
-            near = [one for one in self.strands if one.last + room >= lo and one.first - room <= hi]
+            strands = [Strand(one, self.own) for one in over]
+            near = [one for one in strands if one.last + room >= lo and one.first - room <= hi]
             if all(one.holds(one.apart(constant, slopes, rest)) for one in near):
                 return True
         if depth == MOST_HALVINGS:
             return False
         symbol = int(np.argmax((np.abs(slopes) / self.strands[0].reach[:, None]).max(axis=0)))
-        return all(self.has_tube(part_of(tube, symbol, side), depth + 1) for side in (-0.5, 0.5))
+        for side in (-0.5, 0.5):
+            # The density is a symbol of the strands; its cable's length is none.
+            same = [part_of(one, int(self.own[symbol]), side) if symbol != self.k else one for one in over]
+            if not self.has_tube(part_of(tube, symbol, side), depth + 1, same):
+                return False
+        return True
 
     def densities(self, model: Model, cell: Floats, kind: CellKind) -> tuple[float, float] | None:
         """Return bounds of the density of the cable that may switch over a cell's equilibria."""

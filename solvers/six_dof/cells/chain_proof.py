@@ -16,7 +16,7 @@ one of these is; else exactly one tau > 0 has k as long as it is, and that is st
 
 Arrays, for n taut cables of N and m = 6 + n equations: ``F`` (rows, columns of a form, LANES) forms with the
 rows of ``tube.TABLE``; ``model`` is an ``arrays.Model`` whose lengths are written; ``lengths`` (N, 2) in m,
-taut cables first; ``tau`` (2,) bounds; ``z`` (6 + n,); ``C`` (m, m); ``v, w, reach`` (m,) radii;
+taut cables first; ``tau`` (2,) bounds; ``z`` (6 + n,); ``C`` (m, m); ``v, w, reach, radii`` (m,) radii;
 ``polynomial`` (m, TERMS); ``E`` (m, m, 2).
 """
 
@@ -188,7 +188,8 @@ def widest(F: Any, S: Symbols, model: Any, chart: int, C: Any, v: Any, reach: An
     """
     m = v.shape[0]
     free, rows, w, E = np.arange(m), np.eye(6), np.empty(m), np.empty((m, m, 2))
-    more = v.copy()
+    more = np.empty(m)
+    more[:] = v
     more[3:6] *= ASIDE
     reach[:] = v
     for _ in range(GROWTHS):

@@ -124,6 +124,19 @@ class SpreadProver(TubeProver):
 
     kinds: ClassVar[tuple[CellKind, CellKind]] = (SPREAD_ROTATION_CELLS, SPREAD_POSE_CELLS)
 
+    def root(self, bench: Any, k: int) -> Tube:
+        """Return the tube in row ``k``; its core is the zero of a choice: for the middle points and lengths."""
+        found, n = super().root(bench, k), self.model.n_taut
+        gaps = self.model.gaps[:n]
+        squares = (
+            0.5 * (self.model.lengths[:n, 0] + gaps) ** 2 + 0.5 * (self.model.lengths[:n, 1] - gaps) ** 2
+        )
+        at, _ = found.zero_at(squares)
+        # Where the squares are rounded the zero is off by far less.
+        reach = found.reach * (1.0 - 1e-9)
+        unique = np.stack([at - reach, at + reach], axis=1)
+        return replace(found, core=around(at, found.radii), unique=unique)
+
 
 def symbols_of(model: Model) -> Symbols:
     """Return the symbols along which a model's tubes are proved."""

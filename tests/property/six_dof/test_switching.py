@@ -20,9 +20,11 @@ from solvers.answers.data import CableState, Outcome, Solution
 from solvers.answers.result import Result
 from solvers.forward import pose_problem
 from solvers.questions.problem import Options
-from solvers.six_dof.cells.chain import Chain, ChainProver, model_of
+from solvers.six_dof.cells.chain import Chain, ChainProver, model_of, tube_of
 from solvers.six_dof.cells.chain_cover import Carpet
 from solvers.six_dof.cells.kinds import RANGED_ROTATION_CELLS
+from solvers.six_dof.cells.tube import Tube
+from solvers.six_dof.cells.tube_search import TERMS
 from solvers.six_dof.switching import start_at
 from tests.support.planted.platform import plant
 
@@ -296,3 +298,45 @@ def test_there_is_no_chain_through_a_fold_that_is_not_smooth(half: str) -> None:
                 other = [start_at(problem, one, (0, 1, 2)) for one in exact.solutions]
             at = chain.parts[0].tubes[0].polynomial[:6, 0]
             assert any(o is not None and np.abs(o[1][:6] - at).max() < 0.1 for o in other)
+
+
+def test_a_tube_is_on_the_chain_only_with_the_lengths_of_both() -> None:
+    """Cut in halves the tube's symbols are those of the halves: the chain's must be, too."""
+    polynomial = np.zeros((8, TERMS))
+    # The density goes from 0 to 1 with its symbol, u_0 = delta_0 / 2 for any density.
+    polynomial[7, 0], polynomial[7, 2], polynomial[0, 1], polynomial[6, 0] = 0.5, 0.5, 0.5, 1.0
+    reach, radii = np.full(8, 0.1), np.full(8, 1e-9)
+    strand = tube_of(0, polynomial, radii, reach, np.array([1.0, 0.5]), np.array([0.1, 0.5]))
+    carpet = Carpet(Chain(np.array([[0.9, 1.1], [0.9, 1.1]]), (strand,)), np.arange(2))
+
+    def tube(offset: float, slope: float) -> Tube:
+        """Return one whose density is positive for short lengths only, u_0 = offset + slope delta_0."""
+        own = np.zeros((8, TERMS))
+        own[6, 0], own[0, 0], own[0, 1], own[7, 0], own[7, 1] = 1.0, offset, slope, -0.01, -0.3
+        return tube_of(0, own, radii, reach, np.array([1.0, 1.0]), np.array([0.1, 0.1]))
+
+    assert carpet.has_tube(tube(0.0, 0.5))
+    assert carpet.has_tube(tube(0.05, 0.5))
+    # Off by 0.5 in the middle; by 0.48 where the density is positive, far from there by less.
+    assert not carpet.has_tube(tube(0.5, 1.0))
+    assert not carpet.has_tube(tube(0.3, 0.5))
+
+
+def test_the_length_of_the_cable_that_switches_may_be_the_only_range() -> None:
+    """The subset without it has exact lengths then."""
+    robot = load_robot("uc4")
+    lengths = [*map(Fraction, UC4[:3]), Fraction("9.2165")]
+    ranged = [(x, x) for x in lengths[:3]] + [(lengths[3] - Fraction(1, 500), lengths[3] + Fraction(1, 500))]
+    whole = forward_kinematics(robot, ranged)
+    assert whole.outcome is Outcome.COMPLETE
+    (entry,) = [s for s in whole.solutions if CableState.SWITCHING in s.cable_states]
+    seen = set()
+    for share in (0, Fraction(1, 4), Fraction(1, 2), Fraction(3, 4), 1):
+        pose = stable(robot, [*lengths[:3], ranged[3][0] + share * (ranged[3][1] - ranged[3][0])])
+        assert all(
+            np.all(getattr(entry, name)[..., 0] <= getattr(pose, name)[..., 0] + 1e-9)
+            and np.all(getattr(pose, name)[..., 1] <= getattr(entry, name)[..., 1] + 1e-9)
+            for name in FIELDS
+        )
+        seen.add(pose.taut)
+    assert len(seen) == 2

@@ -8,6 +8,7 @@ import json
 from dataclasses import replace
 from fractions import Fraction as F
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -16,9 +17,10 @@ from cdpr_interval import InputError, load_robot
 from cdpr_interval.errors import CdprError, NotSupportedError
 from cdpr_interval.mechanics.stability import Stability
 from solvers import Motion, forward_kinematics, motion
-from solvers.answers.data import Certainty
+from solvers.answers.data import CableState, Certainty, Outcome, Undecided
 from solvers.motions.course import read_course
 from solvers.motions.motion import MotionOptions, motion_problem, solve_motion
+from solvers.motions.one_pose import OnePoseMover
 from solvers.motions.start import chosen, mover_of
 from tests.unit.solvers.test_schemas import faults, schema
 
@@ -219,3 +221,38 @@ def test_pictures(tmp_path):
         result.plot(tmp_path / "m.txt")
     with pytest.raises(InputError, match="No such file"):
         result.plot(tmp_path / "no" / "m.png")
+
+
+def test_of_ranges_the_middles_alone_do_not_rule_out_a_start():
+    """At the middles UC2 has no stable pose; for other lengths of the first row it has one."""
+    found = motion("uc2", [(0, ["3.29", "3.41"]), (1, ["3.28", "3.40"])], tolerance="0.05")
+    assert forward_kinematics("uc2", ["3.34", "3.46"]).solutions[0].stability == "stable"
+    assert found.outcome is Outcome.INCOMPLETE and "middles of the first lengths" in found.message
+
+
+def test_the_nearest_start_is_not_known_where_a_region_is_nearer():
+    result = forward_kinematics("uc2", "7.5,8")
+    (stable,) = [s for s in result.solutions if s.stability == "stable"]
+    place = stable.nominal.position
+    assert chosen(result, place).is_complete
+    near = np.array([place, place]).T
+    region = Undecided((0, 1), 1, "why", near + [[-0.1, 0.1]] * 3, stable.rotation)
+    for changed in (replace(result, undecided=(region,)), replace(result, pending=9)):
+        assert not chosen(changed, place).is_complete
+    far = replace(region, position=near + [[4.0, 5.0]] * 3)
+    assert chosen(replace(result, undecided=(far,)), place).is_complete
+
+
+def test_a_pose_is_where_its_last_stretch_ends_even_if_it_is_not_proved_again():
+    def follow(lengths):
+        wide, most = np.ptp(lengths, axis=1).max(), lengths.max()
+        proved = most <= 2.5 and not (most > 2.2 and wide < 1e-9)
+        states, bounds = [CableState.TAUT], np.repeat(lengths, 3, axis=0)
+        return SimpleNamespace(
+            proved=proved, reason="why", states=states, position=bounds, tensions=np.array([[1.0, 2.0]])
+        )
+
+    mover = OnePoseMover(follow, np.array([[1.0, 1.0]]))
+    moved = mover.go(np.array([[3.0, 3.0]]))
+    low, high = mover.here.position[0]
+    assert 0.7 < moved.share < 0.76 and low <= 1.0 + 2.0 * moved.share <= high + 1e-12
