@@ -125,7 +125,7 @@ class SpreadProver(TubeProver):
     kinds: ClassVar[tuple[CellKind, CellKind]] = (SPREAD_ROTATION_CELLS, SPREAD_POSE_CELLS)
 
     def root(self, bench: Any, k: int) -> Tube:
-        """Return the tube in row ``k``; its core is the zero of a choice: for the middle points and lengths."""
+        """Return the tube in row ``k``; its core is the zero for the middle points and lengths."""
         found, n = super().root(bench, k), self.model.n_taut
         gaps = self.model.gaps[:n]
         squares = (
