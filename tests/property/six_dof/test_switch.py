@@ -47,11 +47,16 @@ def test_exactly_one_pose_for_every_length_of_a_range(k):
     carried = set()
     for step in range(-4, 5):
         exact = forward_kinematics(robot, ["7.5", "8", middle + half * step / 4])
-        inside = [s for s in exact.solutions if within(s.position, entry.position)]
-        (one,) = [s for s in inside if within(s.rotation, entry.rotation)]
-        assert within(one.tensions, entry.tensions)
+        inside = [s for s in exact.solutions if within(s.position, widened(entry.position))]
+        (one,) = [s for s in inside if within(s.rotation, widened(entry.rotation))]
+        assert within(one.tensions, widened(entry.tensions))
         carried.add(2 in one.taut)
     assert carried == {True, False}
+
+
+def widened(bounds):
+    """Return bounds with room for the width of an exact pose's own: with a slack cable it is at an end."""
+    return bounds + 1e-13 * np.array([-1.0, 1.0])
 
 
 FOLD = parse_robot(
