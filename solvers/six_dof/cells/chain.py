@@ -47,6 +47,8 @@ FURTHER = 1.1
 """How far a chain goes over the density that is expected at its end."""
 SHORTEST = 0.01
 """Shortest tube of a chain over that."""
+INSIDE = 1e-9
+"""Of a reach, left out of the box in which a zero for the middle of the data is alone."""
 LEAST = 1e-6
 """Of a chain's densities, over the largest of the others."""
 
@@ -248,10 +250,12 @@ def tube_of(
 ) -> Tube:
     """Return a tube as data."""
     middle = polynomial[:, 0]
+    # Of one number the symbol is its rounding, with which the middle moves.
+    inner = reach * (1.0 - INSIDE)
     return Tube(
         chart=chart,
         box=around(middle, (np.abs(polynomial[:, 1:]).sum(axis=1) + radii) * (1.0 + 1e-14)),
-        unique=np.stack([middle - reach, middle + reach], axis=1),
+        unique=np.stack([middle - inner, middle + inner], axis=1),
         core=around(middle, radii),
         squares=squares,
         radii_of_squares=off,

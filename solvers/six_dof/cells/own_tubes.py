@@ -18,7 +18,7 @@ from cdpr_interval.mechanics.six_dof.tube import alone_within, tube
 from solvers.six_dof.cells.roots import Reduction, system_of
 from solvers.six_dof.cells.subset_search import SubsetSearch
 from solvers.six_dof.cells.tube import GluedTube, Tube, around
-from solvers.six_dof.cells.tube_prover import forms_of_thread, symbols_of
+from solvers.six_dof.cells.tube_prover import SpreadProver, forms_of_thread, symbols_of
 from solvers.six_dof.cells.tube_search import TERMS
 
 Floats = NDArray[np.float64]
@@ -76,6 +76,9 @@ def add_own_tubes(search: SubsetSearch, own: Model) -> None:
     """
     if search.left == 0 or search.stop is not Stop.EXHAUSTED or search.model.planar:
         # Of a plane the model with those lengths has other frames.
+        return
+    if not isinstance(search.prover, SpreadProver):
+        # Only cables outside the subset have ranges: its roots are as they are.
         return
     middle = SubsetSearch(middle_of(own), search.reduction, search.budget, search.threads)
     middle.solve()
