@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Callable
 from pathlib import Path
+from time import monotonic
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
@@ -396,16 +397,20 @@ def _planned(
     """Return the proved path, within the time limit; ``told`` keeps how far it is proved."""
     from solvers.commands.progress import shown
     from solvers.questions.problem import Progress
-    from solvers.shell.interrupt import limited
+    from solvers.shell.interrupt import OutOfTime
     from solvers.winches.path import half_widths_of, plan
     from solvers.winches.session import winches_of
 
     limits = [winch.limits for winch in winches_of(robot)]
     widths = half_widths_of(references)
-    with shown("path", given["quiet"]) as display, limited(given["time_limit"]):
+    start, limit = monotonic(), given["time_limit"]
+    with shown("path", given["quiet"]) as display:
 
         def tell(proved: Proved) -> None:
             told[:] = [proved]
+            # Between pieces, where nothing is half done: the first one imports and compiles.
+            if limit is not None and proved.travel < 1.0 and monotonic() - start > limit:
+                raise OutOfTime
             if display is not None:
                 left = 1.0 - proved.travel
                 display(Progress(proved.pieces, 0, left, 0, 0, 1, done=proved.travel))

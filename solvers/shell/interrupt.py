@@ -10,6 +10,8 @@ from contextlib import contextmanager
 from types import FrameType
 
 _SIGNALS = (signal.SIGINT, signal.SIGTERM)
+_PAUSE_S = 0.1
+"""Between two interrupts of what the first did not end."""
 
 
 class OutOfTime(Exception):
@@ -63,7 +65,9 @@ def interruptible() -> Iterator[Signals]:
 
 @contextmanager
 def limited(seconds: float | None) -> Iterator[None]:
-    """Interrupt work that has no budget of its own after so many seconds; None: never.
+    """Interrupt work that has no budget of its own after so many seconds, until it ends; None: never.
+
+    One interrupt is not enough: one that comes while an object is finalised is lost.
 
     Raises
     ------
@@ -73,15 +77,16 @@ def limited(seconds: float | None) -> Iterator[None]:
     if seconds is None:
         yield
         return
-    over = threading.Event()
+    over, ended = threading.Event(), threading.Event()
 
-    def end() -> None:
-        over.set()
-        _thread.interrupt_main()
+    def interrupt() -> None:
+        pause = seconds
+        while not ended.wait(pause):
+            over.set()
+            _thread.interrupt_main()
+            pause = _PAUSE_S
 
-    timer = threading.Timer(seconds, end)
-    timer.daemon = True
-    timer.start()
+    threading.Thread(target=interrupt, daemon=True).start()
     try:
         yield
     except KeyboardInterrupt:
@@ -89,4 +94,4 @@ def limited(seconds: float | None) -> Iterator[None]:
             raise
         raise OutOfTime from None
     finally:
-        timer.cancel()
+        ended.set()
