@@ -60,7 +60,7 @@ class Segment(Described):
 
 @dataclass(frozen=True, eq=False)
 class PoseData(Described):
-    """A static pose for the lengths at one time: of ranges, for their middles."""
+    """A static pose for the lengths at one time: of ranges, of lengths or data, for their middles."""
 
     taut: Cables
     """The cables proved taut."""

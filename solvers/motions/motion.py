@@ -38,7 +38,7 @@ from solvers.motions.result import Motion
 from solvers.motions.start import Starts, chosen, is_of_middles, mover_at, question_at_start
 from solvers.motions.times import between, shown_time
 from solvers.motions.trail import Span, Trail, lead
-from solvers.questions.checked import check_budgets, require_treated, uncertain_data
+from solvers.questions.checked import check_budgets, require_treated
 from solvers.questions.errors import InputErrors
 from solvers.questions.force import no_load
 from solvers.questions.problem import Options, Progress
@@ -119,7 +119,7 @@ def motion(
     InputError
         With one message per error; of a file with its line.
     NotSupportedError
-        Data in ranges, or a robot that no solver of this version treats.
+        A robot that no solver of this version treats.
 
     Guarantee
     ---------
@@ -160,7 +160,6 @@ def motion_problem(
     NotSupportedError
         No solver of this version can treat the robot.
     """
-    require_treated(robot, uncertain_data(robot, asker="motion"))
     require_treated(robot, class_of(robot).refuses(robot))
     errors, names, file = InputErrors(), robot.cable_names, None
     if isinstance(lengths, str | os.PathLike):
@@ -220,9 +219,10 @@ def solve_motion(problem: MotionProblem, options: MotionOptions) -> Motion:
 
 def _starts(problem: MotionProblem, options: MotionOptions) -> tuple[Starts, Stop | None]:
     """Return the poses at the start, and what stopped the search for them."""
+    robot, lengths = question_at_start(problem.robot, problem.course)
     found = forward_kinematics(
-        problem.robot,
-        question_at_start(problem.robot, problem.course),
+        robot,
+        lengths,
         time_limit=options.time_limit,
         threads=options.threads,
         progress=options.progress,
@@ -252,7 +252,8 @@ def _track(problem: MotionProblem, starts: Starts, number: int, options: MotionO
     if trail.stop is not None:
         events.append(EventData(trail.reached, course.end, EventKind.LOST, reason=STOPPED[trail.stop]))
     elif trail.reason:
-        events.append(ending(problem.robot, course, trail, mover.here, options.budget, options.threads))
+        middle = problem.robot.middle()
+        events.append(ending(middle, course, trail, mover.here, options.budget, options.threads))
     is_lost = trail.stop is not None or bool(trail.reason)
     last = len(trail.spans) - 1
     segments = tuple(segment_of(span, is_lost and k == last) for k, span in enumerate(trail.spans))
@@ -282,7 +283,8 @@ def _verdict(
         if stop is not None:
             return Outcome.INCOMPLETE, f"{STOPPED[stop]}, in the search for the start"
         if is_of_middles(problem.robot, problem.course):
-            found = "no stable pose for the middles of the first lengths; for others of them there may be one"
+            found = "no stable pose for the middles of the first lengths"
+            found += "; for others of them there may be one" if problem.robot.is_exact else OF_CHOICES
             return Outcome.INCOMPLETE, f"{found}: {starts.message}"
         if starts.is_complete:
             return Outcome.COMPLETE, f"no stable pose at the start: {starts.message}"
@@ -316,6 +318,7 @@ def _sentence(course: Course, events: Sequence[Event]) -> str:
     return "; ".join(filter(None, [found, text, f"{loss.kind}: {loss.reason}"]))
 
 
+OF_CHOICES = " and of the data; for other choices there may be one"
 MOST_NAMED = 4
 """Switches that the sentence of a result names."""
 

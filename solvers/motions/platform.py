@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from cdpr_interval.errors import CdprError
-from cdpr_interval.exact.enclosure import Bounds, enclose
+from cdpr_interval.exact.enclosure import Bounds, length_bounds
 from cdpr_interval.mechanics.loaded import loaded
 from cdpr_interval.mechanics.rotation import chart_of, quaternion_of, u_in
 from cdpr_interval.robots.cable_robot import Robot
@@ -43,10 +43,12 @@ class PlatformMover:
         view, body = loaded(robot), Body(robot)
         place = place_of(body, start)
         self._names, self._chart = robot.cable_names, place.chart
-        self._cables = cables_of(view)
+        self._cables, self._factor = cables_of(view), length_bounds([view.load_factor])[0]
         self._charts = charts_of(self._cables)
-        self._load = np.array([enclose(x) for x in view.load])
-        self._way = Way(robot, known_at(body, place, lengths, self._load), body.size)
+        self._load = np.ascontiguousarray(self._cables.load[:, 0])
+        self._way = Way(
+            robot, known_at(body, place, self._charts[self._chart], lengths, self._load), body.size
+        )
         self._here: Stretch | None = None
         if reason := self.go(lengths).reason:
             raise Lost(reason)
@@ -98,8 +100,9 @@ class PlatformMover:
         tensions = np.zeros((len(lengths), 2))
         for i, density in zip(note.taut, box[6:], strict=False):
             # Its own bounds of the densities: those of six cables were computed from the pose.
-            low, high = np.maximum(density, 0.0) * lengths[i]
-            tensions[i] = np.nextafter(low, 0.0), np.nextafter(high, np.inf)
+            low, high = np.maximum(density, 0.0) * lengths[i] * self._factor
+            # Rounded twice above.
+            tensions[i] = _next(_next(low, 0.0), 0.0), _next(_next(high, np.inf), np.inf)
         taut = tuple(sorted(i for i in note.taut if i != note.open))
         switching = (note.open,) if note.open >= 0 else ()
         return Stretch(
@@ -114,6 +117,9 @@ class PlatformMover:
         before = self._chart
         self._chart, _ = chart_of(quaternion_of(before, z))
         self._way.turn_chart(lambda z: u_in(self._chart, quaternion_of(before, z)))
+
+
+_next = np.nextafter
 
 
 def _pin(known: Known, box: Bounds) -> None:

@@ -36,14 +36,17 @@ class Starts:
     """One sentence: what was found."""
 
 
-def question_at_start(robot: Robot, course: Course) -> Sequence[Any]:
-    """Return the lengths for which poses are looked for: the first row's, of platforms their middles."""
-    return course.rows[0].lengths if class_of(robot).solves_ranges else course.middles(course.begin)
+def question_at_start(robot: Robot, course: Course) -> tuple[Robot, Sequence[Any]]:
+    """Return robot and lengths for which poses are looked for: those given, of platforms their middles."""
+    if class_of(robot).solves_ranges:
+        return robot, course.rows[0].lengths
+    return robot.middle(), course.middles(course.begin)
 
 
 def is_of_middles(robot: Robot, course: Course) -> bool:
-    """Return True where the first row has ranges, and poses are looked for at their middles."""
-    return not class_of(robot).solves_ranges and any(lo < hi for lo, hi in course.rows[0].lengths)
+    """Return True where robot or first row have ranges, and poses are looked for at their middles."""
+    has_ranges = not robot.is_exact or any(lo < hi for lo, hi in course.rows[0].lengths)
+    return not class_of(robot).solves_ranges and has_ranges
 
 
 def chosen(result: Result, near: Sequence[float] | None) -> Starts:
@@ -116,5 +119,5 @@ def mover_at(robot: Robot, start: Solution, among: Sequence[Solution | Undecided
         return mover_of(robot, start, among, course.bounds(begin))
     mover = mover_of(robot, start, among, course.of_middles().bounds(begin))
     if reason := mover.go(course.bounds(begin)).reason:
-        raise CdprError(f"for all lengths of the first row: {reason}")
+        raise CdprError(f"for all choices in the first row: {reason}")
     return mover

@@ -20,19 +20,22 @@ from numpy.typing import NDArray
 from cdpr_interval.errors import InputError
 from cdpr_interval.exact.enclosure import Bounds
 from cdpr_interval.mechanics.loaded import loaded
-from cdpr_interval.robots.cable_robot import Robot
+from cdpr_interval.robots.cable_robot import Robot, is_exact_point
 from cdpr_interval.robots.formats.given import require_robot
 from solvers.answers.data import CableState
 from solvers.point_mass import scope
 from solvers.point_mass.arrays import RobotArrays, build_arrays, exact_ends, with_load
-from solvers.point_mass.convex import NoPose, after_quick, quick_pose, scaled_cables, settle
+from solvers.point_mass.convex import Finding, NoPose, after_quick, quick_pose, scaled_cables, settle
 from solvers.point_mass.entry import STATES, Fields
 from solvers.point_mass.fields import OPEN, SLACK, TAUT
 from solvers.point_mass.one_call import DECIDED
+from solvers.point_mass.over_choices import find_over_choices
 from solvers.point_mass.trap import trap
-from solvers.questions.checked import require_treated, uncertain_data
-from solvers.questions.force import NO_LOAD, ZERO, read_force
+from solvers.questions.checked import require_treated
+from solvers.questions.errors import InputErrors
+from solvers.questions.force import NO_LOAD, ZERO, no_load, read_force, read_force_ranges
 from solvers.questions.lengths import read_lengths
+from solvers.questions.problem import Problem
 from solvers.questions.quick import checked, force_key, quick_bounds
 
 
@@ -146,7 +149,7 @@ class PointMass:
     InputError
         The robot is no point mass.
     NotSupportedError
-        Uncertain scalars, or elastic and inextensible cables in one robot.
+        Elastic and inextensible cables in one robot.
 
     Notes
     -----
@@ -166,14 +169,13 @@ class PointMass:
 
     def __init__(self, robot: Robot | str | os.PathLike[str]) -> None:
         robot = require_robot(robot)
-        # First: with a range in an anchor it is not known to be a point mass.
-        require_treated(robot, uncertain_data(robot, asker="PointMass"))
         if not scope.accepts(robot):
             raise InputError(f"robot '{robot.name}': must be a point mass, this is a platform")
         require_treated(robot, scope.refuses(robot))
         self._robot = robot
-        weight = loaded(robot).load
-        self._arrays = build_arrays(robot, weight) if any(weight) else None
+        middle = robot.middle()
+        weight = loaded(middle).load
+        self._arrays = build_arrays(middle, weight) if any(weight) else None
         self._forced: tuple[tuple[float, ...], RobotArrays] | None = None
 
     @property
@@ -190,7 +192,7 @@ class PointMass:
         """
         arrays = self._arrays
         if arrays is None:
-            arrays = build_arrays(self._robot, (Fraction(0), Fraction(0), Fraction(-1)))
+            arrays = build_arrays(self._robot.middle(), (Fraction(0), Fraction(0), Fraction(-1)))
         # Cables that long reach each other's exit points: everything below is asked of a common point.
         reach = 16.0 * float(arrays.frame[0, 0])
         lengths = np.full((len(self._robot.cables), 2), reach)
@@ -236,8 +238,11 @@ class PointMass:
         -----
         Some ten microseconds where every cable is clearly taut or slack. Where a cable is only just taut
         or slack, without a common point of the cables, and for wide ranges, exact arithmetic follows:
-        milliseconds, for wide ranges of elastic cables tenths of a second.
+        milliseconds, for wide ranges of elastic cables tenths of a second. Of a robot or force with ranges
+        every answer is that of `forward_kinematics`, in its time.
         """
+        if not self._robot.is_exact or is_ranged(external_force):
+            return self._over_choices(lengths, external_force)
         bounds = quick_bounds(lengths, len(self._robot.cables))
         quick = bounds is not None
         if bounds is None or external_force is not None or self._arrays is None:
@@ -250,6 +255,17 @@ class PointMass:
             return PointMassPose(PoseStatus.PROVED, found, states)
         given = None if quick else exact_ends(read_lengths(lengths, self._robot.cable_names))
         return _settled(arrays, bounds, given)
+
+    def _over_choices(self, lengths: Any, external_force: Any) -> PointMassPose:
+        """Return the pose for every choice of data with ranges."""
+        errors, names = InputErrors(), self._robot.cable_names
+        ranges = errors.read(read_lengths, lengths, names)
+        force = ZERO if external_force is None else errors.read(read_force_ranges, external_force)
+        if force is not None and (complaint := no_load(loaded(self._robot, force))) is not None:
+            errors.add(complaint)
+        errors.require_none()
+        assert ranges is not None and force is not None
+        return _pose(find_over_choices(Problem(self._robot, ranges, force)), names)
 
     def _under(self, external_force: Any) -> RobotArrays:
         """Return the arrays under the weight and a force; the last ones are kept."""
@@ -267,10 +283,24 @@ class PointMass:
         return arrays
 
 
+def is_ranged(force: Any) -> bool:
+    """Return True for a force of which an entry is a range; for one that is none False."""
+    if force is None or force_key(force) is not None:
+        return False
+    try:
+        return not is_exact_point(read_force_ranges(force))
+    except InputError:
+        return False
+
+
 def _settled(arrays: RobotArrays, lengths: Bounds, exact: list[Fraction] | None) -> PointMassPose:
     """Return the answer where the compiled path has decided nothing."""
-    count = len(lengths)
-    finding = after_quick(arrays, lengths, exact)
+    return _pose(after_quick(arrays, lengths, exact), arrays.robot.cable_names)
+
+
+def _pose(finding: Finding, names: Sequence[str]) -> PointMassPose:
+    """Return what was found as an answer."""
+    count = len(names)
     if isinstance(finding, Fields):
         parts = (finding.position, finding.height[None], finding.tensions, finding.distances)
         return PointMassPose(PoseStatus.PROVED, np.concatenate(parts), finding.states, note=finding.note)
@@ -278,7 +308,7 @@ def _settled(arrays: RobotArrays, lengths: Bounds, exact: list[Fraction] | None)
     bounds = np.empty((4 + 2 * count, 2))
     if isinstance(finding, NoPose):
         bounds[:] = np.nan
-        message = finding.reason(arrays.robot.cable_names)
+        message = finding.reason(names)
         return PointMassPose(PoseStatus.NO_POSE, bounds, states, message)
     bounds[:3], bounds[3], bounds[4:] = finding.position, (-np.inf, np.inf), (0.0, np.inf)
     return PointMassPose(PoseStatus.UNPROVED, bounds, states, finding.reason)

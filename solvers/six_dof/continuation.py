@@ -42,6 +42,7 @@ from cdpr_interval.mechanics.six_dof.tube import (
     as_polynomial,
     extents,
     first_lane,
+    moved_by_errors,
     polynomial,
     proved_within,
 )
@@ -57,13 +58,20 @@ of the way to +-0.1 mm a platform of 0.5 m goes 42 % with 0.25, 97 % with 0.03, 
 NEAR = 1.0 / 32.0
 """Shortest piece, over the whole way, before a place where a cable may switch; ``cross`` goes on there."""
 ROOM = 4.0
-"""Radii without a second zero over those of the zero that the piece begins with, at least."""
+"""Radii without a second zero over those of the zero that the piece begins with, at least;"""
+VAGUE_ROOM = 1.25
+"""where data with ranges make most of both they are nearly the same from piece to piece."""
 SHORTEST = 1.0 / 1024.0
 """Of a piece, over the whole way: what is not proved over that is not proved."""
 MOST_PIECES = 256
 """Tried on one way: a bound of the time a call takes."""
 NOTED_PARTS = 8
 """Of a part of the way that is noted: its bounds are the hull of theirs."""
+ABOVE_ERRORS = 1.5
+"""Radii without a second zero over what errors move it, at least: room for what the derivative varies."""
+WIDER_TRIES = 4
+"""Radii tried where data with ranges make most of them, the next ones over the image of the last ones by"""
+WIDER = 1.1
 CONTRACTIONS = 3
 """Of the last enclosure, by the operator of Krawczyk."""
 ROUNDED = 4e-16
@@ -283,11 +291,21 @@ def prove_piece(
     times_scale(z, C)
     polynomial(F, S, model, chart, rows, free, NONE, z, C)
     extents(F, free, SHARE, v, S)
+    moved_by_errors(F, C, w, S)
+    is_vague = False
+    for i in range(free.shape[0]):
+        if v[i] < ABOVE_ERRORS * w[i]:
+            v[i], is_vague = ABOVE_ERRORS * w[i], True
     if link.known[0]:
         for i in range(free.shape[0]):
-            v[i] = max(v[i], ROOM * link.radii[free[i]])
+            v[i] = max(v[i], (VAGUE_ROOM if is_vague else ROOM) * link.radii[free[i]])
     levelled(F, model.size, free, v)
-    return bool(proved_within(F, S, model, chart, rows, free, NONE, C, v, w, E))
+    for _ in range(WIDER_TRIES if is_vague else 1):
+        if proved_within(F, S, model, chart, rows, free, NONE, C, v, w, E):
+            return True
+        for i in range(free.shape[0]):
+            v[i] = max(v[i], WIDER * w[i])
+    return False
 
 
 @part()

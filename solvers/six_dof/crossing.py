@@ -6,7 +6,9 @@ two zeros is a static pose, or both are the same; see ``cross``.
 Arrays, for n taut cables, the one that may switch the last, and m = 6 + n equations: as in ``continuation``;
 ``slack_data`` (n, 7, 2) is ``data`` without that cable; ``A, B`` (m, m) are inverses of the derivatives with
 t_k = 0 and with its length, ``E`` (m, m, 2); ``v, w, apart, slack_w`` (m,) are radii; ``slack_z`` (6 + n,),
-``slack_box`` (6 + n, 2); ``notes`` (4, 7 + n, 2) are ``note`` of ``continuation``.
+``slack_box`` (6 + n, 2); ``notes`` (4, 7 + n, 2) are ``note`` of ``continuation``; ``link`` is known of the
+zero with the cable's length where it may be taut, ``slack_link`` of that without tension where it may be
+slack.
 """
 
 from __future__ import annotations
@@ -32,6 +34,7 @@ from cdpr_interval.mechanics.six_dof.tube import (
     extents,
     first_lane,
     inverse_at,
+    moved_by_errors,
     place,
     polynomial,
     proved_within,
@@ -41,6 +44,7 @@ from solvers.six_dof.continuation import (
     ROOM,
     SHARE,
     SHORTEST,
+    VAGUE_ROOM,
     carries,
     end_box,
     keep_link,
@@ -55,7 +59,9 @@ from solvers.six_dof.continuation import (
 from solvers.six_dof.track import NEWTON_STEPS, TRACKED
 
 APART = 1.25
-"""Radii over the distance of the two zeros of a cable that may switch."""
+"""Radii over the distance of the two zeros of a cable that may switch, and what errors move both."""
+SLACK_NOW, TAUT_NOW, OPEN_NOW = range(3)
+"""What the cable that may switch is at a place of the way: for all choices, or the one or the other."""
 FINEST = 1.0 / 4096.0
 """Parts of a piece in which it is found where a cable switches."""
 
@@ -90,15 +96,17 @@ def one_way(F: Any, S: Any, E: Any, v: Any, k: int) -> bool:
 
 @part()
 def both_polynomials(
-    F: Any, S: Any, model: Any, data: Any, slack_data: Any, chart: int, link: Any, z: Any, slack_z: Any,
+    F: Any, S: Any, model: Any, data: Any, slack_data: Any, chart: int, radii: Any, z: Any, slack_z: Any,
     B: Any, A: Any, apart: Any, v: Any,
 ) -> bool:  # fmt: skip
     """Find both systems' tubes over the lengths in the model, and radii v (m,) that hold their difference.
 
-    ``B``, ``A`` (m, m) are written as ``polynomial`` has it, bounds of the difference to ``apart`` (m,).
+    ``radii`` (6 + n,) are those of what is known of the last pose. ``B``, ``A`` (m, m) are written as
+    ``polynomial`` has it, bounds of the difference to ``apart`` (m,).
     """
     n, m = model.n_taut, z.shape[0]
     free, rows, C, other = np.arange(m), np.eye(6), np.empty((m - 1, m - 1)), np.empty(m)
+    moved, also = np.empty(m), np.empty(m)
     constant(F, GIVEN, splat(0.0), splat(0.0), S)
     for i in range(n - 1):
         slack_data[i, 6, 0], slack_data[i, 6, 1] = data[i, 6, 0], data[i, 6, 1]
@@ -112,13 +120,16 @@ def both_polynomials(
     polynomial(F, S, model, chart, rows, free, NONE, z, B)
     copy_polynomial(F, S, Z, TAUT_ONE, m)
     extents(F, free, SHARE, v, S)
+    moved_by_errors(F, B, moved, S)
     polynomial(F, S, model, chart, rows, free, n - 1, slack_z, A)
     copy_polynomial(F, S, Z, SLACK_ONE, m)
     extents(F, free, SHARE, other, S)
+    moved_by_errors(F, A, also, S)
     for c in range(m):
         combine2(F, OUT, TAUT_ONE + c, splat(1.0), SLACK_ONE + c, splat(-1.0), S)
         apart[c] = first_lane(largest(F, OUT, S), F)
-        v[c] = max(max(v[c], other[c]), max(APART * apart[c], ROOM * link.radii[c]))
+        least = max(max(v[c], other[c]), APART * (apart[c] + moved[c] + also[c]))
+        v[c] = max(least, (ROOM if least > ROOM * moved[c] else VAGUE_ROOM) * radii[c])
     levelled(F, model.size, free, v)
     return True
 
@@ -176,28 +187,33 @@ def sure_until(
 @kernel()
 def note_switch(
     F: Any, S: Any, model: Any, before: Any, after: Any, start: float, end: float, w: Any, slack_w: Any,
-    was_taut: bool, is_taut: bool, notes: Any,
+    was: int, now: int, notes: Any,
 ) -> None:  # fmt: skip
     """Write what is proved before, during and after the switch of a piece to ``notes`` (4, 7 + n, 2).
 
-    During, the zeros of B and those of A are two notes. Both polynomials lie in their rows, and that of B in
-    the rows Z, also afterwards. Nothing is written where there are no notes.
+    What has no extent begins where it ends. During, the zeros of B and those of A are two notes. Both
+    polynomials lie in their rows, and that of B in the rows Z, also afterwards. Nothing is written where
+    there are no notes.
     """
     if notes.shape[0] == 0:
         return
     free = np.arange(w.shape[0])
-    first = sure_until(F, model, before, after, start, end, w, was_taut)
-    last = max(first, sure_until(F, model, before, after, end, start, w, is_taut))
+    first, last = start, end
+    if was != OPEN_NOW:
+        first = sure_until(F, model, before, after, start, end, w, was == TAUT_NOW)
+    if now != OPEN_NOW:
+        last = max(first, sure_until(F, model, before, after, end, start, w, now == TAUT_NOW))
+    notes[0, 0], notes[3, 0] = start, end
     note_part(F, model, before, after, first, last, free, w, notes[1])
-    if was_taut:
+    if was == TAUT_NOW:
         note_part(F, model, before, after, start, first, free, w, notes[0])
-    if is_taut:
+    if now == TAUT_NOW:
         note_part(F, model, before, after, last, end, free, w, notes[3])
     copy_polynomial(F, S, SLACK_ONE, Z, w.shape[0])
     note_part(F, model, before, after, first, last, free, slack_w, notes[2])
-    if not was_taut:
+    if was == SLACK_NOW:
         note_part(F, model, before, after, start, first, free, slack_w, notes[0])
-    if not is_taut:
+    if now == SLACK_NOW:
         note_part(F, model, before, after, last, end, free, slack_w, notes[3])
     copy_polynomial(F, S, TAUT_ONE, Z, w.shape[0])
 
@@ -205,9 +221,9 @@ def note_switch(
 @entry()
 def cross(
     F: Any, S: Any, model: Any, data: Any, slack_data: Any, chart: int, before: Any, after: Any,
-    start: float, first_step: float, is_taut: bool, link: Any, z: Any, box: Any, slack_box: Any,
+    start: float, first_step: float, was: int, link: Any, slack_link: Any, z: Any, box: Any, slack_box: Any,
     notes: Any,
-) -> tuple[bool, float, bool]:  # fmt: skip
+) -> tuple[bool, float, int]:  # fmt: skip
     """Prove a piece of the way on which the last taut cable of the model may become slack, or taut again.
 
     Two systems have the same unknowns: in B the cable k has its length, in A t_k = 0. Over the lengths of the
@@ -225,8 +241,8 @@ def cross(
     ----------
     slack_data : (n, 7, 2)
         As ``data``, without the cable.
-    is_taut, link, z
-        Whether the last pose has the cable taut; what is known of that pose; its floats. Written.
+    was, link, slack_link, z
+        What the cable is in the last pose; what is known of that pose; its floats. Written.
     box, slack_box : (6 + n, 2)
         Bounds of both zeros for all lengths after, where the piece ends there.
     notes : (4, 7 + n, 2) or (0, 7 + n, 2)
@@ -234,40 +250,45 @@ def cross(
 
     Returns
     -------
-    proved, way, is_taut
-        How much of the way is proved now, and whether the cable is taut at its end, for the lengths' middles.
+    proved, way, now
+        How much of the way is proved now, and what the cable is at its end, for the lengths' middles.
     """
     n, m = model.n_taut, z.shape[0]
     k, free = n - 1, np.arange(m)
     B, A, apart, v = np.empty((m, m)), np.empty((m, m)), np.empty(m), np.empty(m)
     w, slack_w, delta, off = np.empty(m), np.empty(m), np.empty(n), np.empty(n)
-    step = min(first_step, 1.0 - start)
-    while step >= SHORTEST:
+    step, least = min(first_step, 1.0 - start), min(SHORTEST, 1.0 - start)
+    radii = link.radii if was == TAUT_NOW else slack_link.radii
+    if was == OPEN_NOW:
+        radii = np.maximum(link.radii, slack_link.radii)
+    while step >= least:
         there = min(start + step, 1.0)
         step *= 0.5
         put_lengths(model, data, before, after, start, there)
         at, slack_at = z.copy(), z.copy()
         slack_at[6 + k] = 0.0
-        if not both_polynomials(F, S, model, data, slack_data, chart, link, at, slack_at, B, A, apart, v):
+        if not both_polynomials(F, S, model, data, slack_data, chart, radii, at, slack_at, B, A, apart, v):
             continue
         if not both_proved(F, S, model, chart, B, A, apart, v, w, slack_w):
             continue
         place_on(model, before, after, start, delta, off)
-        copy_polynomial(F, S, TAUT_ONE if is_taut else SLACK_ONE, Z, m)
-        if not linked(F, n, free, v, w if is_taut else slack_w, delta, off, model.size, link):
+        copy_polynomial(F, S, SLACK_ONE, Z, m)
+        if was != TAUT_NOW and not linked(F, n, free, v, slack_w, delta, off, model.size, slack_link):
+            continue
+        copy_polynomial(F, S, TAUT_ONE, Z, m)
+        if was != SLACK_NOW and not linked(F, n, free, v, w, delta, off, model.size, link):
             continue
         place_on(model, before, after, there, delta, off)
-        copy_polynomial(F, S, TAUT_ONE, Z, m)
         tension, error = polynomial_at(F, 6 + k, n, delta, off)
-        if not abs(tension) > up(error + w[6 + k]):
-            continue
-        note_switch(F, S, model, before, after, start, there, w, slack_w, is_taut, tension > 0.0, notes)
+        now = OPEN_NOW
+        if abs(tension) > up(error + w[6 + k]):
+            now = TAUT_NOW if tension > 0.0 else SLACK_NOW
+        note_switch(F, S, model, before, after, start, there, w, slack_w, was, now, notes)
         end_box(F, model, after, free, w, z, box)
         keep_link(F, n, free, w, delta, off, link)
         copy_polynomial(F, S, SLACK_ONE, Z, m)
         end_box(F, model, after, free, slack_w, z, slack_box)
-        if tension < 0.0:
-            keep_link(F, n, free, slack_w, delta, off, link)
-        z[:] = link.zero
-        return True, there, tension > 0.0
-    return False, start, is_taut
+        keep_link(F, n, free, slack_w, delta, off, slack_link)
+        z[:] = slack_link.zero if now == SLACK_NOW else link.zero
+        return True, there, now
+    return False, start, was

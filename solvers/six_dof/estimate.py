@@ -104,7 +104,7 @@ class Body:
     """A platform in plain floats."""
 
     def __init__(self, robot: Robot) -> None:
-        view = loaded(robot)
+        view = loaded(robot).middle
         self.names = robot.cable_names
         self.exits = np.array([[float(x) for x in a] for a in view.exits])
         self.arms = np.array([[float(x) for x in b] for b in view.arms])

@@ -12,10 +12,12 @@ from cdpr_interval.errors import InputError
 from cdpr_interval.exact.enclosure import Bounds
 from cdpr_interval.mechanics.orientation import rotation_from_quaternion
 from cdpr_interval.mechanics.rotation import chart_of, quaternion_of
+from cdpr_interval.mechanics.six_dof.system import improve
 from cdpr_interval.text.count import counted
 from solvers.answers.data import Solution
 from solvers.six_dof.cells.roots import GENERAL, GEOMETRY, system_of
 from solvers.six_dof.estimate import Body, Estimate, Guess
+from solvers.six_dof.track import NEWTON_STEPS, fill_data
 from solvers.six_dof.way import Known, Way, spread
 
 Floats = NDArray[np.float64]
@@ -96,11 +98,12 @@ def place_of(body: Body, start: Any) -> Place:
     return _place(body, centre, start.nominal.quaternion_wxyz, start.taut, densities)
 
 
-def known_at(body: Body, place: Place, lengths: Bounds, load: Bounds) -> Known:
+def known_at(body: Body, place: Place, cables: Floats, lengths: Bounds, load: Bounds) -> Known:
     """Return what is known at the place of a start, from where it goes on to ``lengths`` (N, 2).
 
     The taut cables have the start's own distances; slack ones are as long as they are to be, or longer where
-    that would be too short. ``load`` (3, 2) bounds the load.
+    that would be too short. ``cables`` (N, 6, 2) and ``load`` (3, 2) are those of `Way.go`; the start may be
+    of another load, and is improved.
     """
     assert place.densities is not None
     taut = tuple(place.taut.tolist())
@@ -108,7 +111,13 @@ def known_at(body: Body, place: Place, lengths: Bounds, load: Bounds) -> Known:
     distances = body.distances(place.z[3:6], rotation)[:, None]
     own = np.maximum(lengths, SLACK_AT_START * distances)
     own[place.taut] = distances[place.taut]
-    z = spread(np.concatenate([place.z[:6], place.densities]), taut, len(lengths))
+    z = np.concatenate([place.z[:6], place.densities])
+    data, system = np.empty((len(taut) + 1, 7, 2)), system_of(GENERAL, len(taut))
+    fill_data(cables, load, own, place.taut, data)
+    improved, count = z.copy(), len(system.free[0])
+    if improve(data, system.rows, system.free[0].copy(), improved, np.empty((count, count)), NEWTON_STEPS):
+        z = improved
+    z = spread(z, taut, len(lengths))
     return Known(taut, z, own, load, z, np.zeros(len(z)))
 
 

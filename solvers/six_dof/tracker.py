@@ -12,7 +12,6 @@ import os
 import threading
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from fractions import Fraction
 from functools import cache, partial
 from typing import Any, NamedTuple
 
@@ -20,18 +19,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cdpr_interval.errors import CdprError, InputError
-from cdpr_interval.exact.enclosure import Bounds, enclose
+from cdpr_interval.exact.enclosure import Bounds
+from cdpr_interval.exact.range import Range
 from cdpr_interval.mechanics.loaded import loaded
 from cdpr_interval.mechanics.rotation import HALF_TURNS, chart_of, quaternion_of, u_in
 from cdpr_interval.mechanics.six_dof.fields import Cables, Fields, FrameBounds, fill_fields
 from cdpr_interval.mechanics.six_dof.frame import Frame
 from cdpr_interval.mechanics.stability import Stability
-from cdpr_interval.robots.cable_robot import Robot
+from cdpr_interval.robots.cable_robot import Point, Robot
 from cdpr_interval.robots.formats.given import require_robot
 from solvers.answers.data import Outcome, Solution
 from solvers.answers.message import message_of
-from solvers.questions.checked import require_treated, uncertain_data
-from solvers.questions.force import NO_LOAD, ZERO, read_force
+from solvers.questions.checked import require_treated
+from solvers.questions.force import ZERO, no_load, read_force_ranges
 from solvers.questions.lengths import read_lengths
 from solvers.questions.problem import Options, Problem
 from solvers.questions.quick import checked, force_key, quick_bounds
@@ -41,6 +41,7 @@ from solvers.six_dof.estimate import Body, Estimate, Guess, estimate
 from solvers.six_dof.forward import solve
 from solvers.six_dof.place import Place, guess_of, is_single, known_at, place_of
 from solvers.six_dof.prepared import cables_of
+from solvers.six_dof.solution import multiply_tensions
 from solvers.six_dof.track import (
     BROAD,
     FORCED,
@@ -77,8 +78,10 @@ class Load(NamedTuple):
     bounds: Bounds
     """(3, 2) N: weight and external force."""
     cables: Cables
-    exact: tuple[Fraction, Fraction, Fraction]
+    force: Point
     """N: the external force."""
+    factor: Range
+    """Of the load and all tensions; it moves no pose, and ``bounds`` and ``cables`` are without it."""
 
 
 class Tracker:
@@ -104,7 +107,7 @@ class Tracker:
         The robot is a point mass (see `PointMass`); the start is no single pose with every cable's state
         decided; a radius is not positive, or the largest above half of ``size``.
     NotSupportedError
-        Uncertain scalars, or elastic cables.
+        Elastic cables.
 
     Notes
     -----
@@ -142,7 +145,6 @@ class Tracker:
         follow: bool = True,
     ) -> None:
         robot = require_robot(robot)
-        require_treated(robot, uncertain_data(robot, asker="Tracker"))
         if not scope.accepts(robot):
             raise InputError(f"robot '{robot.name}': is a point mass; use PointMass, it needs no start")
         require_treated(robot, scope.refuses(robot))
@@ -341,7 +343,8 @@ class Tracker:
         """Return the way of the pose tracked last, or from a start."""
         if place.way is not None:
             return place.way
-        known = known_at(self._body, place, lengths, load.bounds)
+        assert self._charts is not None
+        known = known_at(self._body, place, self._charts[place.chart], lengths, load.bounds)
         return Way(self._robot, known, self._size)
 
     def _move(self, place: Place, root: Floats, halvings: int, lengths: Bounds, load: Load) -> None:
@@ -395,7 +398,9 @@ class Tracker:
 
     def _fields(self, load: Load, chart: int, box: Floats, taut: Ints, lengths: Bounds) -> Fields:
         """Return what a proved pose reports."""
-        return fields_of(load.cables, chart, box, taut, lengths)
+        found = fields_of(load.cables, chart, box, taut, lengths)
+        multiply_tensions(found, load.factor)
+        return found
 
     def _region(self, place: Place, halvings: int) -> Region:
         """Return the region of one radius around the reference."""
@@ -407,7 +412,7 @@ class Tracker:
     def _begin(self, lengths: Any, load: Load) -> str:
         """Search everywhere for a pose to start from; return why there is none."""
         ranges = read_lengths(lengths, self._robot.cable_names)
-        answer = solve(Problem(self._robot, ranges, load.exact), Options())
+        answer = solve(Problem(self._robot, ranges, load.force), Options())
         stable = [s for s in answer.solutions if is_single(s) and s.stability is Stability.STABLE]
         if answer.outcome is not Outcome.COMPLETE:
             return f"there is no last pose, and the search for one is not complete: {message_of(answer)}"
@@ -420,13 +425,14 @@ class Tracker:
 
     def _under(self, external_force: Any) -> Load:
         """Return what follows from a force; that of the last one is kept."""
-        force = ZERO if external_force is None else read_force(external_force)
+        force: Point = ZERO if external_force is None else read_force_ranges(external_force)
         under_load = loaded(self._robot, force)
-        if not any(under_load.load):
-            raise InputError(NO_LOAD)
-        cables = cables_of(under_load)
+        if (complaint := no_load(under_load)) is not None:
+            raise InputError(complaint)
         key = force_key(ZERO_FORCE if external_force is None else external_force)
-        self._loaded = Load(key, np.array([enclose(x) for x in under_load.load]), cables, force)
+        cables = cables_of(under_load)
+        bounds = np.ascontiguousarray(cables.load[:, 0])
+        self._loaded = Load(key, bounds, cables, force, under_load.load_factor)
         if self._charts is None:
             self._charts = charts_of(cables)
         return self._loaded

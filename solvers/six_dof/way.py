@@ -18,7 +18,7 @@ from cdpr_interval.robots.cable_robot import Robot
 from solvers.six_dof.cells.roots import GENERAL, system_of
 from solvers.six_dof.cells.tube_prover import forms_of_thread
 from solvers.six_dof.continuation import MOST_PIECES, NEAR, SHORTEST, Link, follow
-from solvers.six_dof.crossing import cross
+from solvers.six_dof.crossing import OPEN_NOW, SLACK_NOW, TAUT_NOW, cross
 from solvers.six_dof.track import FORCED, LOOSE, TIGHT, TRACKED
 
 Floats = NDArray[np.float64]
@@ -55,6 +55,12 @@ class Known:
     """(6 + N,) within these, if ``region`` is None."""
     region: Floats | None = None
     """(7,): u and p of a reference, and the radius in m around it in which the pose is the only one."""
+    open: int = -1
+    """The cable, one of ``taut``, that may be taut or slack for these lengths; ``zero`` is the one taut,"""
+    slack_zero: Floats | None = None
+    """and this one that with it slack,"""
+    slack_radii: Floats | None = None
+    """within these. Of each choice of the data one of the two is the pose."""
 
 
 @dataclass
@@ -130,6 +136,10 @@ class Way:
         known.z, known.zero, known.radii = known.z.copy(), known.zero.copy(), known.radii.copy()
         known.z[:3], known.zero[:3] = turned(known.z), turned(known.zero)
         known.radii[:3] = CHART_STRETCH * known.radii[:3].sum() + CHART_ROUNDING
+        if known.slack_zero is not None and known.slack_radii is not None:
+            known.slack_zero, known.slack_radii = known.slack_zero.copy(), known.slack_radii.copy()
+            known.slack_zero[:3] = turned(known.slack_zero)
+            known.slack_radii[:3] = CHART_STRETCH * known.slack_radii[:3].sum() + CHART_ROUNDING
         if known.region is not None:
             known.region[:3] = turned(known.region)
             known.region[6] = (1.0 - 1e-9) * known.region[6] - CHART_ROUNDING * self._size
@@ -169,26 +179,32 @@ class _Trip:
     def run(self) -> Arrived:
         """Go piece by piece."""
         near = NEAR
-        arrived = self.regular(near)
+        arrived = self.onward()
         for _ in range(MOST_SWITCHES):
             if arrived.status not in (LOOSE, TIGHT) or not self.is_pinned():
                 break
             opened = self.through(arrived.cable, arrived.share)
             if opened is None:
-                if near <= SHORTEST:
+                if near <= SHORTEST or self.known.open >= 0:
                     break
                 # Nearer to the switch the two poses are nearer, too.
                 near = max(near / NEARER, SHORTEST)
                 arrived = self.regular(near)
                 continue
             near = NEAR
-            arrived = self.regular(near)
+            arrived = self.onward()
             if self.share == 1.0 and arrived.status != TRACKED:
                 arrived = opened
         arrived.pieces, arrived.switching = self.pieces, tuple(sorted(set(self.switching)))
         if arrived.status == TRACKED:
             arrived.known = replace(self.known, lengths=self.lengths)
         return arrived
+
+    def onward(self) -> Arrived:
+        """Follow the pose as far as no cable may switch."""
+        if self.known.open >= 0:
+            return Arrived(LOOSE, cable=self.known.open, share=self.share)
+        return self.regular()
 
     def regular(self, near: float = NEAR) -> Arrived:
         """Follow the pose with the taut cables it has now, in pieces down to ``near`` before a switch."""
@@ -230,22 +246,32 @@ class _Trip:
         carrying = tuple(i for i in self.known.taut if i != cable)
         if not 0 < len(carrying) < MOST_TAUT:
             return None
-        was_taut = cable in self.known.taut
+        was = TAUT_NOW if cable in self.known.taut else SLACK_NOW
+        if self.known.open >= 0:
+            was = OPEN_NOW
         order, n = self.order((*carrying, cable)), len(carrying) + 1
         z, link = self.start(order, n)
+        slack_link = self.slack_start(order, n, link)
         boxes, notes = (np.empty((6 + n, 2)), np.empty((6 + n, 2))), self.sheet(4, n)
-        proved, share, is_taut = cross(
+        proved, share, now = cross(
             forms_of_thread(SYMBOLS), SYMBOLS, self.way.model(order, n, self.load), self.data(order, n),
             self.data(order, n - 1), self.chart, self.before(order), self.after(order), start,
-            ACROSS * max(self.step, SHORTEST), was_taut, link, z, *boxes, notes,
+            ACROSS * max(self.step, SHORTEST), was, link, slack_link, z, *boxes, notes,
         )  # fmt: skip
         if not proved:
             return None
-        self.note_switch(notes, order[:n], was_taut, is_taut)
+        self.note_switch(notes, order[:n], was, now)
         self.pieces += 1
-        self.share = share
+        self.share, self.step = share, share - start
         self.switching.append(cable)
-        self.arrive(order[: n if is_taut else n - 1], z, link)
+        if now == SLACK_NOW:
+            self.arrive(order[: n - 1], z, slack_link)
+        else:
+            self.arrive(order[:n], z, link)
+        if now == OPEN_NOW:
+            self.known.open = cable
+            self.known.slack_zero = spread(slack_link.zero, order[:n], len(order))
+            self.known.slack_radii = spread(slack_link.radii, order[:n], len(order))
         return Arrived(TRACKED, share=share, open=cable, boxes=boxes)
 
     def sheet(self, count: int, n: int) -> Floats:
@@ -257,7 +283,7 @@ class _Trip:
         if self.notes is not None:
             self.notes += [Noted(one[0, 0], one[0, 1], taut, (one[1:].copy(),)) for one in notes]
 
-    def note_switch(self, notes: Floats, taut: tuple[int, ...], was_taut: bool, is_taut: bool) -> None:
+    def note_switch(self, notes: Floats, taut: tuple[int, ...], was: int, now: int) -> None:
         """Keep the parts (4, 7 + n, 2) of a piece on which the last of these cables switches."""
         if self.notes is None:
             return
@@ -268,11 +294,11 @@ class _Trip:
                 self.note(one[None, : 7 + n], taut[:n])
 
         n = len(taut)
-        keep(before, n if was_taut else n - 1)
+        keep(before, n if was == TAUT_NOW else n - 1)
         if during[0, 0] < during[0, 1]:
             boxes = (during[1:].copy(), slack[1:].copy())
             self.notes.append(Noted(during[0, 0], during[0, 1], taut, boxes, taut[-1]))
-        keep(after, n if is_taut else n - 1)
+        keep(after, n if now == TAUT_NOW else n - 1)
 
     def order(self, taut: tuple[int, ...]) -> tuple[int, ...]:
         """Return all cables, these in front."""
@@ -284,6 +310,14 @@ class _Trip:
         region = np.zeros(7) if known.region is None else known.region
         link = Link(np.array([known.region is None]), known.zero[chosen], known.radii[chosen], region)
         return known.z[chosen], link
+
+    def slack_start(self, order: tuple[int, ...], n: int, link: Link) -> Link:
+        """Return the link of the pose with the last of the n cables slack; ``link`` is that of one known."""
+        known = self.known
+        if known.slack_zero is None or known.slack_radii is None:
+            return Link(*(x.copy() for x in link))
+        chosen = np.array([*range(6), *(6 + i for i in order[:n])])
+        return Link(np.array([True]), known.slack_zero[chosen], known.slack_radii[chosen], np.zeros(7))
 
     def arrive(self, taut: tuple[int, ...], z: Floats, link: Link) -> None:
         """Keep where the pose is now; of the way its lengths stay those before."""
@@ -324,7 +358,8 @@ def model_of(robot: Robot, order: tuple[int, ...]) -> Model:
         [Range.exact(1) for _ in order],
         frame.force(view.load_ranges),
         min(len(order), MOST_TAUT),
-    )
+        spread=True,
+    )._replace(own_points=True)
 
 
 def warm_up_ways(robot: Robot, cables: Floats, load: Bounds) -> None:

@@ -227,10 +227,13 @@ def vary_length(F: Forms, model: Any, i: int, S: Symbols) -> None:
 def excess(F: Forms, model: Any, chart: int, i: int, S: Symbols) -> Lanes:
     """Bound s (distance^2 - length^2) of a slack cable's middle points from above, for all its lengths.
 
+    Where lengths are those between each choice's points, negative says that these are nearer than the length.
     Needs ``rotation_forms``; overwrites ``EQUATIONS``.
     """
     cable_parts(F, model, chart, i, S)
-    widen(F, SUM, splat(model.lengths_sq_err[i]), S)
+    # d < l - gap where d^2 < l^2 - 2 l gap.
+    gap = 2.0 * model.lengths[i, 1] * model.gaps[i] if model.own_points else 0.0
+    widen(F, SUM, inflate_lanes(splat(model.lengths_sq_err[i] + gap), splat(0.0), 4.0), S)
     length_equation(F, EQUATIONS, S)
     _, hi = bounds(F, EQUATIONS, S)
     return hi
@@ -364,11 +367,27 @@ def cable_forms(F: Forms, model: Any, chart: int, i: int, slopes: bool, S: Symbo
     """Write a taut cable's length and derivatives, and what statics needs; points are off by the spreads."""
     cable_parts(F, model, chart, i, S)
     vary_length(F, model, i, S)
+    if model.own_points:
+        own_length(F, model, i, S)
     turning_forms(F, model, chart, i, S)
     spread_forms(F, model, i, S)
     spoke_forms(F, S)
     if slopes:
         length_slopes(F, i, S)
+
+
+@kernel()
+def own_length(F: Forms, model: Any, i: int, S: Symbols) -> None:
+    """Let a taut cable's length be that between each choice's points, off by the model's gap.
+
+    s |e|^2 is s lambda and the equation that is written, so that e of the middle points is at most r long,
+    r^2 being l^2 and that equation's largest value; |e|^2 changes by at most 2 r gap + gap^2.
+    """
+    gap, longest = model.gaps[i], model.lengths[i, 1]
+    off = largest(F, EQUATIONS + i, S)
+    reach = longest + off * (0.5 / longest)
+    error = largest(F, SCALE, S) * (gap * (2.0 * reach + gap))
+    widen(F, EQUATIONS + i, inflate_lanes(error, splat(0.0), 20.0), S)
 
 
 @kernel()

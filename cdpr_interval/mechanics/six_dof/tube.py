@@ -401,6 +401,21 @@ def extents(F: Forms, free: Any, share: float, out: Any, S: Symbols) -> None:
 
 
 @kernel()
+def moved_by_errors(F: Forms, C: Any, out: Any, S: Symbols) -> None:
+    """Write how far the errors of the equations move the zeros to out (m,), in floats.
+
+    Needs what ``polynomial`` left in ``F``; ``C`` (m, m) is its. Data with ranges that are no symbols are
+    errors.
+    """
+    K = len(S.noise)
+    errors = 1 + K + K * (K + 1) // 2
+    for i in range(out.shape[0]):
+        out[i] = 0.0
+        for k in range(out.shape[0]):
+            out[i] += abs(C[i, k]) * F[KEPT + k, errors, LANE]
+
+
+@kernel()
 def hull_of(F: Forms, free: Any, w: Any, z: Any, hull: Any, S: Symbols) -> None:
     """Write the bounds of the tube to hull (6 + n, 2)."""
     for k in range(z.shape[0]):

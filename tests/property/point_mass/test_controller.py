@@ -211,10 +211,21 @@ def test_robots_it_cannot_treat() -> None:
     mixed = Robot("mixed", mixed.platform, (*mixed.cables[:3], robot(SQUARE).cables[3]))
     with pytest.raises(NotSupportedError, match="elastic and inextensible"):
         PointMass(mixed)
-    plain = robot(SQUARE)
+
+
+@pytest.mark.parametrize("law", [None, "stiffness"])
+def test_ranges_of_data_are_answered_as_fk_does(law: str | None) -> None:
+    plain = robot(SQUARE) if law is None else robot(SQUARE, law)
     vague = Robot("vague", Platform(Range(Fraction(1), Fraction(2))), plain.cables)
-    with pytest.raises(NotSupportedError, match="uncertain"):
-        PointMass(vague)
+    lengths, force = [(3.0, 3.001), 3.1, 3.2, 3.3], ["-1..1", 0, 0]
+    for solver, given in ((PointMass(vague), None), (PointMass(plain), force), (PointMass(vague), force)):
+        pose = solver.solve(lengths, given)
+        (solution,) = forward_kinematics(solver.robot, lengths, external_force=given or (0, 0, 0)).solutions
+        assert pose.proved and np.array_equal(pose.position, solution.position)
+        assert np.array_equal(pose.tensions, solution.tensions)
+        assert tuple(pose.states) == solution.cable_states
+    with pytest.raises(InputError, match="may cancel"):
+        PointMass(vague).solve(lengths, [0, 0, "0..100"])
 
 
 def test_a_weightless_mass_needs_a_force() -> None:

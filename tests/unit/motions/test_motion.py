@@ -14,8 +14,9 @@ import numpy as np
 import pytest
 
 from cdpr_interval import InputError, load_robot
-from cdpr_interval.errors import CdprError, NotSupportedError
+from cdpr_interval.errors import CdprError
 from cdpr_interval.mechanics.stability import Stability
+from cdpr_interval.robots.cable_robot import Robot
 from solvers import Motion, forward_kinematics, motion
 from solvers.answers.data import CableState, Certainty, Outcome, Undecided
 from solvers.motions.course import read_course
@@ -112,12 +113,53 @@ def test_wrong_questions(rows, options, said):
         motion("uc2", rows, **options)
 
 
-def test_what_is_not_supported_is_refused():
-    robot = load_robot("uc2")
-    document = robot.to_dict()
-    document["platform"]["mass_kg"] = [1, 2]
-    with pytest.raises(NotSupportedError, match="motion"):
-        motion(robot.from_dict(document), UC2)
+def with_ranges(name, width, mass=None):
+    """Return a robot all of whose points are known to ``width`` m only, and its mass within bounds in kg."""
+    document = load_robot(name).to_dict()
+    for cable in document["cables"]:
+        for point in ("frame_anchor_m", "platform_anchor_m"):
+            cable[point] = [{"value": x, "tolerance": width} for x in cable[point]]
+    document["platform"]["mass_kg"] = mass or document["platform"]["mass_kg"]
+    return Robot.from_dict(document)
+
+
+def test_a_range_of_the_mass_scales_the_tensions():
+    exact, vague = motion("uc2", UC2), motion(with_ranges("uc2", 0, [1, 2]), UC2)
+    assert vague.outcome is Outcome.COMPLETE
+    mass = float(load_robot("uc2").platform.mass)
+    for one, other in zip(exact.segments, vague.segments, strict=True):
+        assert np.allclose(one.tube.position, other.tube.position, atol=1e-4)
+        (lo, hi), (low, high) = np.array(one.tube.tensions).T / mass, np.array(other.tube.tensions).T
+        assert (low <= hi).all() and (high >= 2 * lo).all()
+        assert np.allclose(low, lo, rtol=1e-6) and np.allclose(high, 2 * hi, rtol=1e-6)
+
+
+def test_ranges_of_points_a_cable_switches_once_for_every_choice():
+    """Not at one time, but for each choice within the interval of the event, that of the middle, too."""
+    rows = [(0, [7.5, 8, 7, 9.1]), (10, [7.5, 8, 7, 9.35])]
+    vague, exact = motion(with_ranges("uc4", "1e-4"), rows), motion("uc4", rows)
+    assert vague.outcome is Outcome.COMPLETE
+    (event,), (sharp,) = vague.events, exact.events
+    assert (event.cable, event.kind) == ("c4", "slack")
+    assert event.t[0] < sharp.t[0] < sharp.t[1] < event.t[1]
+    for segment in exact.segments:
+        wide = [one for one in vague.segments if one.t[0] <= segment.t[0] and segment.t[1] <= one.t[1]]
+        for one in wide:
+            position, bounds = np.array(segment.tube.position), np.array(one.tube.position)
+            assert (bounds[:, 0] <= position[:, 0]).all() and (position[:, 1] <= bounds[:, 1]).all()
+
+
+def test_a_point_mass_with_ranges_of_data():
+    document = load_robot("merlet_4_1").to_dict()
+    document["cables"][0]["frame_anchor_m"][0] = {
+        "value": document["cables"][0]["frame_anchor_m"][0],
+        "tolerance": "1e-3",
+    }
+    rows = [(0, [3.1, 3.2, 3.3, 3.4]), (1, [3.1, 3.2, 3.3, 3.35])]
+    vague, exact = motion(Robot.from_dict(document), rows), motion("merlet_4_1", rows)
+    assert vague.outcome is exact.outcome is Outcome.COMPLETE
+    bounds, position = np.array(vague.segments[0].tube.position), np.array(exact.segments[0].tube.position)
+    assert (bounds[:, 0] <= position[:, 0]).all() and (position[:, 1] <= bounds[:, 1]).all()
 
 
 def test_documents_follow_their_schema():
@@ -185,7 +227,7 @@ def test_a_pose_that_cannot_be_followed_is_lost_at_once():
     assert (
         wide.segments == ()
         and event.kind == "lost"
-        and event.reason.startswith("for all lengths of the first")
+        and event.reason.startswith("for all choices in the first")
     )
 
 

@@ -74,8 +74,8 @@ FORMS = {"tolerance": "{{value: {}, tolerance: 0.01}}", "bounds": "[{}, 1e4]"}
 ENTRIES: dict[str, Callable[[Robot], object]] = {
     "fk": lambda robot: forward_kinematics(robot, [3, 3]),
     "ik": lambda robot: inverse_kinematics(robot, (2, 0, 0)),
-    "PointMass": PointMass,
-    "Tracker": Tracker,
+    "PointMass": lambda robot: PointMass(robot).solve([3, 3]),
+    "Tracker": lambda robot: Tracker(robot).update([3, 3]),
     "tensions": lambda robot: pose_from_tensions(robot, [80, 80]),
     "polynomial": lambda robot: polynomial_report(robot, [3, 3]),
     "polynomial-tensions": lambda robot: polynomial_report(robot, tensions=[80, 80]),
@@ -84,8 +84,6 @@ ENTRIES: dict[str, Callable[[Robot], object]] = {
 """What a user asks a robot."""
 ASKERS = {
     "ik": "ik",
-    "PointMass": "PointMass",
-    "Tracker": "Tracker",
     "polynomial": "polynomial",
     "polynomial-tensions": "polynomial",
 }
