@@ -33,12 +33,13 @@ from cdpr_interval.kernels import interval
 from cdpr_interval.kernels.kernel import entry, kernel, part
 from cdpr_interval.kernels.lanes import splat, store
 from cdpr_interval.kernels.rounding import down, up
-from cdpr_interval.kernels.second_order import Symbols, bounds
+from cdpr_interval.kernels.second_order import Symbols, bounds, combine2
 from cdpr_interval.mechanics.six_dof import system as newton
 from cdpr_interval.mechanics.six_dof.form_system import Z, excess, rotation_forms
 from cdpr_interval.mechanics.six_dof.tube import (
     LANE,
     NONE,
+    OUT,
     as_polynomial,
     extents,
     first_lane,
@@ -70,8 +71,11 @@ NOTED_PARTS = 8
 ABOVE_ERRORS = 1.5
 """Radii without a second zero over what errors move it, at least: room for what the derivative varies."""
 WIDER_TRIES = 4
-"""Radii tried where data with ranges make most of them, the next ones over the image of the last ones by"""
+"""Radii tried, while their images come nearer: with wide ranges residuals are large."""
 WIDER = 1.1
+"""Radii over the images of the last ones,"""
+MOST_OVER = 4.0
+"""which are not followed further than this."""
 CONTRACTIONS = 3
 """Of the last enclosure, by the operator of Krawczyk."""
 ROUNDED = 4e-16
@@ -180,11 +184,55 @@ def keep_link(F: Any, n: int, free: Any, w: Any, delta: Any, off: Any, link: Any
         link.zero[free[i]], link.radii[free[i]] = value, up(error + w[i])
 
 
+@part()
+def sharpen_link(data: Any, rows: Any, free: Any, before: Any, after: Any, at: float, link: Any) -> None:
+    """Contract what ``link`` knows of the zero at a place of the way; lengths in ``data`` are overwritten.
+
+    The radii of a long piece, or of wide ranges, are much more than is known of one choice.
+    """
+    n = data.shape[0] - 1
+    z, box, C = link.zero.copy(), np.empty((6 + n, 2)), np.empty((free.shape[0], free.shape[0]))
+    for i in range(n):
+        lo = before[i, 0] + at * (after[i, 0] - before[i, 0])
+        hi = before[i, 1] + at * (after[i, 1] - before[i, 1])
+        middle, longest = 0.5 * lo + 0.5 * hi, max(before[i, 1], after[i, 1])
+        off = 10.0 * ROUNDED * longest * longest
+        data[i, 6, 0], data[i, 6, 1] = down(middle * middle - off), up(middle * middle + off)
+    for c in range(6 + n):
+        box[c, 0] = box[c, 1] = z[c]
+    for i in range(free.shape[0]):
+        c = free[i]
+        box[c, 0], box[c, 1] = down(z[c] - link.radii[c]), up(z[c] + link.radii[c])
+    newton.improve(data, rows, free, z, C, NEWTON_STEPS)
+    for _ in range(CONTRACTIONS):
+        contract(data, rows, free, C, box)
+    for i in range(free.shape[0]):
+        c = free[i]
+        middle = 0.5 * box[c, 0] + 0.5 * box[c, 1]
+        link.zero[c] = middle
+        link.radii[c] = up(max(box[c, 1] - middle, middle - box[c, 0]))
+
+
+@kernel()
+def carries_with(F: Any, S: Symbols, own: int, other: int) -> bool:
+    """Prove that a row is positive wherever another one is not negative: it is above c times that, c >= 0."""
+    product, square = 0.0, 0.0
+    for k in range(1, 1 + len(S.noise)):
+        product += F[own, k, LANE] * F[other, k, LANE]
+        square += F[other, k, LANE] * F[other, k, LANE]
+    if not (product > 0.0 and square > 0.0):
+        return False
+    combine2(F, OUT, own, splat(1.0), other, splat(-product / square), S)
+    lo, _ = bounds(F, OUT, S)
+    return first_lane(lo, F) > 0.0
+
+
 @kernel()
 def carries(F: Any, S: Symbols, model: Any, chart: int, free: Any, w: Any, switching: int) -> tuple[int, int]:
     """Prove along the tube that taut cables carry and the others do not; else return why not and the cable.
 
-    Of a taut one that is ``switching`` nothing is asked. The polynomial in the rows Z is left without errors.
+    Of a taut one that is ``switching`` nothing is asked, and of the other tensions only where its is not
+    negative. The polynomial in the rows Z is left without errors.
     """
     n, K = model.n_taut, len(S.noise)
     errors = 1 + K + K * (K + 1) // 2
@@ -193,7 +241,9 @@ def carries(F: Any, S: Symbols, model: Any, chart: int, free: Any, w: Any, switc
     status, cable = TRACKED, -1
     for i in range(n):
         lo, _ = bounds(F, Z + 6 + i, S)
-        if i != switching and not first_lane(lo, F) > 0.0:
+        if i == switching or first_lane(lo, F) > 0.0:
+            continue
+        if switching < 0 or not carries_with(F, S, Z + 6 + i, Z + 6 + switching):
             status, cable = LOOSE, i
     if status == TRACKED:
         rotation_forms(F, S)
@@ -300,11 +350,17 @@ def prove_piece(
         for i in range(free.shape[0]):
             v[i] = max(v[i], (VAGUE_ROOM if is_vague else ROOM) * link.radii[free[i]])
     levelled(F, model.size, free, v)
-    for _ in range(WIDER_TRIES if is_vague else 1):
+    most = MOST_OVER
+    for _ in range(WIDER_TRIES):
         if proved_within(F, S, model, chart, rows, free, NONE, C, v, w, E):
             return True
+        over = 0.0
         for i in range(free.shape[0]):
+            over = max(over, w[i] / v[i])
             v[i] = max(v[i], WIDER * w[i])
+        if not over < most:
+            break
+        most = over
     return False
 
 
@@ -326,6 +382,7 @@ def try_piece(
     if status == TRACKED:
         place_on(model, before, after, there, delta, off)
         keep_link(F, n, free, w, delta, off, link)
+        sharpen_link(data, rows, free, before, after, there, link)
         for i in range(m):
             z[free[i]] = link.zero[free[i]]
     return status, cable

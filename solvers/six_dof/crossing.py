@@ -54,6 +54,7 @@ from solvers.six_dof.continuation import (
     place_on,
     polynomial_at,
     put_lengths,
+    sharpen_link,
     times_scale,
 )
 from solvers.six_dof.track import NEWTON_STEPS, TRACKED
@@ -254,7 +255,7 @@ def cross(
         How much of the way is proved now, and what the cable is at its end, for the lengths' middles.
     """
     n, m = model.n_taut, z.shape[0]
-    k, free = n - 1, np.arange(m)
+    k, free, rows = n - 1, np.arange(m), np.eye(6)
     B, A, apart, v = np.empty((m, m)), np.empty((m, m)), np.empty(m), np.empty(m)
     w, slack_w, delta, off = np.empty(m), np.empty(m), np.empty(n), np.empty(n)
     step, least = min(first_step, 1.0 - start), min(SHORTEST, 1.0 - start)
@@ -286,9 +287,11 @@ def cross(
         note_switch(F, S, model, before, after, start, there, w, slack_w, was, now, notes)
         end_box(F, model, after, free, w, z, box)
         keep_link(F, n, free, w, delta, off, link)
+        sharpen_link(data, rows, free, before, after, there, link)
         copy_polynomial(F, S, SLACK_ONE, Z, m)
         end_box(F, model, after, free, slack_w, z, slack_box)
         keep_link(F, n, free, slack_w, delta, off, slack_link)
+        sharpen_link(slack_data, rows, free[: m - 1], before, after, there, slack_link)
         z[:] = slack_link.zero if now == SLACK_NOW else link.zero
         return True, there, now
     return False, start, was
