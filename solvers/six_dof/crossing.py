@@ -219,6 +219,24 @@ def note_switch(
     copy_polynomial(F, S, TAUT_ONE, Z, w.shape[0])
 
 
+@kernel()
+def state_at(F: Any, n: int, delta: Any, off: Any, radius: float) -> int:
+    """Return what the last of n taut cables is at delta (n,), by the zero of B in the rows Z."""
+    tension, error = polynomial_at(F, 5 + n, n, delta, off)
+    # Also open for NaN.
+    if not abs(tension) > up(error + radius):
+        return OPEN_NOW
+    return TAUT_NOW if tension > 0.0 else SLACK_NOW
+
+
+@kernel()
+def known_to(was: int, link: Any, slack_link: Any) -> Any:
+    """Return the radii (6 + n,) within which the last pose is known, or both that it may be."""
+    if was == OPEN_NOW:
+        return np.maximum(link.radii, slack_link.radii)
+    return link.radii if was == TAUT_NOW else slack_link.radii
+
+
 @entry()
 def cross(
     F: Any, S: Any, model: Any, data: Any, slack_data: Any, chart: int, before: Any, after: Any,
@@ -259,9 +277,7 @@ def cross(
     B, A, apart, v = np.empty((m, m)), np.empty((m, m)), np.empty(m), np.empty(m)
     w, slack_w, delta, off = np.empty(m), np.empty(m), np.empty(n), np.empty(n)
     step, least = min(first_step, 1.0 - start), min(SHORTEST, 1.0 - start)
-    radii = link.radii if was == TAUT_NOW else slack_link.radii
-    if was == OPEN_NOW:
-        radii = np.maximum(link.radii, slack_link.radii)
+    radii = known_to(was, link, slack_link)
     while step >= least:
         there = min(start + step, 1.0)
         step *= 0.5
@@ -280,10 +296,7 @@ def cross(
         if was != SLACK_NOW and not linked(F, n, free, v, w, delta, off, model.size, link):
             continue
         place_on(model, before, after, there, delta, off)
-        tension, error = polynomial_at(F, 6 + k, n, delta, off)
-        now = OPEN_NOW
-        if abs(tension) > up(error + w[6 + k]):
-            now = TAUT_NOW if tension > 0.0 else SLACK_NOW
+        now = state_at(F, n, delta, off, w[6 + k])
         note_switch(F, S, model, before, after, start, there, w, slack_w, was, now, notes)
         end_box(F, model, after, free, w, z, box)
         keep_link(F, n, free, w, delta, off, link)
