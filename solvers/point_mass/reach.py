@@ -3,6 +3,9 @@
 With weights w >= 0 of sum 1, c = sum w_i A_i, a common point has |p - c|^2 <= sum w_i (l_i^2 - |c - A_i|^2).
 Then each ball cuts the box to the points to which the other two coordinates leave room in it. Where all exits
 and the load lie in a plane across an axis, a static pose does: p is a mean of the A_i plus a share of f.
+
+The box ends where the common points do: the farthest of them along an axis is the pose of the same robot
+under a load along that axis, and bounds of that are proved as those of any pose (``one_call.balls_pose``).
 """
 
 from __future__ import annotations
@@ -11,6 +14,7 @@ import numpy as np
 
 from cdpr_interval.exact.enclosure import Bounds
 from solvers.point_mass.arrays import RobotArrays
+from solvers.point_mass.one_call import DECIDED, balls_pose
 from solvers.point_mass.rationals.emptiness import deepest_point
 
 SHAVINGS = 20
@@ -22,6 +26,7 @@ MARGIN = 1e-12
 def reachable(arrays: RobotArrays, lengths: Bounds, in_plane: bool = True) -> Bounds:
     """Return a box (3, 2) in m around the platform origins that all cables reach and where a pose may be.
 
+    Of inextensible cables.
     ``in_plane``: exit points in a plane are there exactly, and so is the load.
     """
     unit = arrays.frame[0, 0]
@@ -38,7 +43,23 @@ def reachable(arrays: RobotArrays, lengths: Bounds, in_plane: bool = True) -> Bo
                 nearest = (np.clip(exit_point, box[0], box[1]) - exit_point) ** 2
                 room = np.sqrt(np.maximum(size**2 - (nearest.sum() - nearest), 0.0)) + margin
                 box = _cut(box, exit_point - room, exit_point + room)
-        return np.asarray(box.T * unit + arrays.frame[2:5])
+        found = np.asarray(box.T * unit + arrays.frame[2:5])
+    for j in range(3):
+        found[j] = _extent(arrays, lengths, j, found[j])
+    return found
+
+
+def _extent(arrays: RobotArrays, lengths: Bounds, axis: int, known: Bounds) -> Bounds:
+    """Return bounds (2,) of the common points along an axis, within those known; m."""
+    count = len(lengths)
+    longest = np.repeat(lengths[:, 1:], 2, axis=1)
+    states, ends = np.empty(count, dtype=np.int64), known.copy()
+    for k, direction in enumerate((-1.0, 1.0)):
+        load, bounds = np.zeros((3, 2)), np.empty((4 + 2 * count, 2))
+        load[axis] = direction
+        if balls_pose(arrays.exit_bounds, longest, load, arrays.frame, bounds, states) == DECIDED:
+            ends[k] = (max if k == 0 else min)(known[k], bounds[axis, k])
+    return ends if ends[0] <= ends[1] else known
 
 
 def _within_radii(exits: Bounds, longest: Bounds, margin: float) -> Bounds:
