@@ -76,6 +76,8 @@ WIDER = 1.1
 """Radii over the images of the last ones,"""
 MOST_OVER = 4.0
 """which are not followed further than this."""
+VAGUE_LINK = 0.05
+"""Radii of a zero at the end of a piece over those without a second one, above which it is contracted."""
 CONTRACTIONS = 3
 """Of the last enclosure, by the operator of Krawczyk."""
 ROUNDED = 4e-16
@@ -382,7 +384,8 @@ def try_piece(
     if status == TRACKED:
         place_on(model, before, after, there, delta, off)
         keep_link(F, n, free, w, delta, off, link)
-        sharpen_link(data, rows, free, before, after, there, link)
+        if (w > VAGUE_LINK * v).any():
+            sharpen_link(data, rows, free, before, after, there, link)
         for i in range(m):
             z[free[i]] = link.zero[free[i]]
     return status, cable
