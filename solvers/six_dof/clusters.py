@@ -1,6 +1,7 @@
 """Undecided cells as connected clusters, each with its hull in the robot's frames.
 
-Cells at whose poses no taut cable pulls against the load are not among them: they hold no static pose.
+Cells are cut to where all cables reach. Those of which nothing is left are not among them, nor those at whose
+poses no taut cable pulls against the load: they hold no static pose.
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ from cdpr_interval.mechanics.six_dof.arrays import Model
 from cdpr_interval.mechanics.six_dof.frame import Pose, centred_cayley, half_turn
 from solvers.answers.data import Undecided
 from solvers.questions.problem import Problem
+from solvers.six_dof.cells.drawn_in import drawn_in
 from solvers.six_dof.cells.kinds import POSE_CELLS, ROTATION_CELLS, CellKind
 from solvers.six_dof.cells.lift import may_lift
 from solvers.six_dof.cells.root_search import System
@@ -45,6 +47,8 @@ def clusters(
         if len(cells) == 0:
             continue
         poses = enclosed(reduced.model, cells, kind)
+        poses, kept = drawn_in(reduced.model, cells[:, kind.columns.chart], poses)
+        cells, poses = cells[kept], poses[kept]
         kept = may_lift(reduced.model, cells[:, kind.columns.chart], poses)
         cells, poses = cells[kept], poses[kept]
         count += len(cells)
@@ -57,8 +61,9 @@ def clusters(
 
 
 def enclosed(model: Model, cells: Floats, kind: CellKind) -> Floats:
-    """Return bounds (C, 6, 2) of the poses (u, p) in each cell, model frame; NaN where p is not bounded."""
+    """Return bounds (C, 6, 2) of the poses (u, p) in each cell, model frame; p is NaN where it has none."""
     poses = np.full((len(cells), 6, 2), np.nan)
+    poses[:, :3, 0], poses[:, :3, 1] = cells[:, 0:6:2], cells[:, 1:6:2]
     lo, hi = np.empty(6), np.empty(6)
     for cell, pose in zip(cells, poses, strict=True):
         if kind.enclose(model, cell, lo, hi):
@@ -152,8 +157,8 @@ def entry(
     chart: int,
     reason: str,
 ) -> Undecided:
-    """Return the undecided entry of one cluster: hulls over its cells and their ``poses``, see `enclosed`."""
-    lo, hi = cells[:, 0:6:2].min(axis=0), cells[:, 1:6:2].max(axis=0)
+    """Return the undecided entry of one cluster: the hull over the ``poses`` of its cells, see `enclosed`."""
+    lo, hi = poses[:, :3, 0].min(axis=0), poses[:, :3, 1].max(axis=0)
     u = [balls.from_bounds(a, b) for a, b in zip(lo, hi, strict=True)]
     frame = reduced.frame
     back = frame.base.transpose()
