@@ -10,7 +10,7 @@ import numpy as np
 from cdpr_interval.errors import CdprError
 from cdpr_interval.exact.enclosure import Bounds, length_bounds
 from cdpr_interval.mechanics.loaded import loaded
-from cdpr_interval.mechanics.rotation import chart_of, quaternion_of, u_in
+from cdpr_interval.mechanics.rotation import chart_of, quaternion_of
 from cdpr_interval.robots.cable_robot import Robot
 from solvers.answers.data import Solution
 from solvers.motions.stretch import Moved, Stretch, lengths_on
@@ -116,7 +116,7 @@ class PlatformMover:
             return
         before = self._chart
         self._chart, _ = chart_of(quaternion_of(before, z))
-        self._way.turn_chart(lambda z: u_in(self._chart, quaternion_of(before, z)))
+        self._way.turn_chart(before, self._chart)
 
 
 _next = np.nextafter

@@ -27,6 +27,8 @@ FULL_SYSTEM = 6
 """Taut cables from which on the lengths alone fix the pose."""
 SLACK_AT_START = 1.0 + 1e-6
 """Least length of a slack cable at a start, over its distance there."""
+NEXT = 0.125
+"""How far a pose next to a start's numbers may be from them, in u and in sizes of the platform."""
 ANOTHER = 1e-6
 """How far, in sizes of the platform, the distances at a start's pose may lie outside its own."""
 
@@ -103,7 +105,7 @@ def known_at(body: Body, place: Place, cables: Floats, lengths: Bounds, load: Bo
 
     The taut cables have the start's own distances; slack ones are as long as they are to be, or longer where
     that would be too short. ``cables`` (N, 6, 2) and ``load`` (3, 2) are those of `Way.go`; the start may be
-    of another load, and is improved.
+    of another load, and is improved where the pose of this one is next to it.
     """
     assert place.densities is not None
     taut = tuple(place.taut.tolist())
@@ -116,7 +118,9 @@ def known_at(body: Body, place: Place, cables: Floats, lengths: Bounds, load: Bo
     fill_data(cables, load, own, place.taut, data)
     improved, count = z.copy(), len(system.free[0])
     if improve(data, system.rows, system.free[0].copy(), improved, np.empty((count, count)), NEWTON_STEPS):
-        z = improved
+        # Newton's method may go to quite another pose, which is not next to the start.
+        moved = np.abs(improved - z)
+        z = improved if moved[:3].max() <= NEXT and moved[3:6].max() <= NEXT * body.size else z
     z = spread(z, taut, len(lengths))
     return Known(taut, z, own, load, z, np.zeros(len(z)))
 

@@ -22,7 +22,7 @@ from cdpr_interval.errors import CdprError, InputError
 from cdpr_interval.exact.enclosure import Bounds
 from cdpr_interval.exact.range import Range
 from cdpr_interval.mechanics.loaded import loaded
-from cdpr_interval.mechanics.rotation import HALF_TURNS, chart_of, quaternion_of, u_in
+from cdpr_interval.mechanics.rotation import HALF_TURNS, chart_of, quaternion_of
 from cdpr_interval.mechanics.six_dof.fields import Cables, Fields, FrameBounds, fill_fields
 from cdpr_interval.mechanics.six_dof.frame import Frame
 from cdpr_interval.mechanics.stability import Stability
@@ -394,7 +394,7 @@ class Tracker:
         before = place.chart
         place.chart, u = chart_of(quaternion_of(before, place.z))
         place.z[:3] = u
-        place.way.turn_chart(lambda z: u_in(place.chart, quaternion_of(before, z)))
+        place.way.turn_chart(before, place.chart)
 
     def _fields(self, load: Load, chart: int, box: Floats, taut: Ints, lengths: Bounds) -> Fields:
         """Return what a proved pose reports."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -11,6 +10,7 @@ from numpy.typing import NDArray
 from cdpr_interval.exact.enclosure import Bounds
 from cdpr_interval.exact.range import Range
 from cdpr_interval.mechanics.loaded import loaded
+from cdpr_interval.mechanics.rotation import quaternion_of, u_in
 from cdpr_interval.mechanics.six_dof.arrays import Model, build_model
 from cdpr_interval.mechanics.six_dof.frame import Frame
 from cdpr_interval.mechanics.six_dof.tube import SYMBOLS
@@ -31,8 +31,6 @@ ACROSS = 8.0
 """First step tried across a place where a cable may switch, over the last one that was too long before it."""
 NEARER = 8.0
 """How much shorter pieces may be before a place where a cable may switch, when it was not reached."""
-CHART_STRETCH = 4.0
-"""What u moves in a new chart over what it moves in the one before, at most: twice where it is taken."""
 CHART_ROUNDING = 1e-14
 """Of u in a new chart."""
 
@@ -130,18 +128,17 @@ class Way:
         assert arrived.known is not None
         self.known = arrived.known
 
-    def turn_chart(self, turned: Callable[[Floats], Sequence[float]]) -> None:
-        """Go on in another chart, in which ``turned`` tells u of a pose."""
+    def turn_chart(self, before: int, after: int) -> None:
+        """Go on in another chart."""
         known = self.known
-        known.z, known.zero, known.radii = known.z.copy(), known.zero.copy(), known.radii.copy()
-        known.z[:3], known.zero[:3] = turned(known.z), turned(known.zero)
-        known.radii[:3] = CHART_STRETCH * known.radii[:3].sum() + CHART_ROUNDING
+        known.z = known.z.copy()
+        known.z[:3] = u_in(after, quaternion_of(before, known.z))
+        known.zero, known.radii = turned(before, after, known.zero, known.radii)
         if known.slack_zero is not None and known.slack_radii is not None:
-            known.slack_zero, known.slack_radii = known.slack_zero.copy(), known.slack_radii.copy()
-            known.slack_zero[:3] = turned(known.slack_zero)
-            known.slack_radii[:3] = CHART_STRETCH * known.slack_radii[:3].sum() + CHART_ROUNDING
+            known.slack_zero, known.slack_radii = turned(before, after, known.slack_zero, known.slack_radii)
         if known.region is not None:
-            known.region[:3] = turned(known.region)
+            known.region = known.region.copy()
+            known.region[:3] = u_in(after, quaternion_of(before, known.region))
             known.region[6] = (1.0 - 1e-9) * known.region[6] - CHART_ROUNDING * self._size
             if not known.region[6] > 0.0:
                 known.region, known.radii[:] = None, np.inf
@@ -347,6 +344,26 @@ def spread(z: Floats, taut: tuple[int, ...], count: int) -> Floats:
     whole[:6] = z[:6]
     whole[[6 + i for i in taut]] = z[6:] if len(z) > 6 else 1.0
     return whole
+
+
+def turned(before: int, after: int, zero: Floats, radii: Floats) -> tuple[Floats, Floats]:
+    """Return a zero (6 + N,) known within radii (6 + N,) in another chart.
+
+    The half turn from one chart to the other is about an axis k: there u_k becomes 1 / u_k, and the other two
+    change places and are divided by u_k, all but for signs.
+    """
+    zero, radii, k = zero.copy(), radii.copy(), (before ^ after) - 1
+    a, b = (k + 1) % 3, (k + 2) % 3
+    size, (ra, rb, rk) = np.abs(zero[:3]), radii[[a, b, k]]
+    zero[:3] = u_in(after, quaternion_of(before, zero))
+    least = (size[k] - rk) * (1.0 - CHART_ROUNDING)
+    if not least > 0.0:
+        radii[:3] = np.inf
+        return zero, radii
+    turn = rk / size[k]
+    radii[[a, b, k]] = np.array([rb + size[b] * turn, ra + size[a] * turn, turn]) / least
+    radii[:3] = radii[:3] * (1.0 + CHART_ROUNDING) + CHART_ROUNDING
+    return zero, radii
 
 
 def model_of(robot: Robot, order: tuple[int, ...]) -> Model:

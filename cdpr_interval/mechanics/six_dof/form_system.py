@@ -381,13 +381,16 @@ def own_length(F: Forms, model: Any, i: int, S: Symbols) -> None:
     """Let a taut cable's length be that between each choice's points, off by the model's gap.
 
     s |e|^2 is s lambda and the equation that is written, so that e of the middle points is at most r long,
-    r^2 being l^2 and that equation's largest value; |e|^2 changes by at most 2 r gap + gap^2.
+    r^2 being l^2 and that equation's largest value; |e|^2 changes by at most 2 r gap + gap^2. That is off in
+    the equation and in its derivatives, which have |q|^2 + |b|^2 - lambda = |e|^2 - lambda + 2 q . R b as a
+    factor of those of s; ``spread_forms`` adds what the last term changes by.
     """
     gap, longest = model.gaps[i], model.lengths[i, 1]
     off = largest(F, EQUATIONS + i, S)
     reach = longest + off * (0.5 / longest)
-    error = largest(F, SCALE, S) * (gap * (2.0 * reach + gap))
-    widen(F, EQUATIONS + i, inflate_lanes(error, splat(0.0), 20.0), S)
+    change = gap * (2.0 * reach + gap)
+    widen(F, EQUATIONS + i, inflate_lanes(largest(F, SCALE, S) * change, splat(0.0), 20.0), S)
+    widen(F, SUM, inflate_lanes(change, splat(0.0), 20.0), S)
 
 
 @kernel()

@@ -124,3 +124,23 @@ def test_a_force_may_be_a_range() -> None:
         assert (wide.position[:, 0] <= pose.position[:, 0]).all()
         assert (pose.position[:, 1] <= wide.position[:, 1]).all()
     assert exact.update(lengths).tracked
+
+
+def test_a_way_goes_on_in_another_chart() -> None:
+    """Radii of ranges are far from 0: what is known of a pose is not much less where the chart changes."""
+    document, turn = load_robot("uc4").to_dict(), 1.4
+    for cable in document["cables"]:
+        x, y, z = map(float, cable["platform_anchor_m"])
+        x, z = np.cos(turn) * x + np.sin(turn) * z, np.cos(turn) * z - np.sin(turn) * x
+        cable["platform_anchor_m"] = [{"value": round(v, 6), "tolerance": "5e-4"} for v in (x, y, z)]
+    vague, lengths = Robot.from_dict(document), np.array([7.5, 8.0, 7.0, 9.0])
+    found = forward_kinematics(vague.middle(), lengths.tolist(), taut=range(4)).solutions
+    (stable,) = [s for s in found if str(s.stability) == "stable"]
+    tracker, charts = Tracker(vague, stable), set()
+    for _ in range(12):
+        lengths += [-0.02, 0.02, 0.0, 0.0]
+        pose = tracker.update(np.stack([lengths - 1e-4, lengths + 1e-4], axis=1))
+        assert pose.tracked, pose.reason
+        assert tracker._place is not None
+        charts.add(tracker._place.chart)
+    assert len(charts) == 2

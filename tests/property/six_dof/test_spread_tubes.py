@@ -178,6 +178,69 @@ def test_forms_enclose_the_system_of_every_choice(n: int, own: bool) -> None:
                     assert encloses(form_system.JACOBIAN + form_system.MOST_UNKNOWNS * i + k, one.slope)
 
 
+def far_apart(robot: Planted, rng: random.Random, size: Fraction) -> tuple[Planted, Model]:
+    """Return a robot with long cables, and a model with its exit points off, along the cables.
+
+    Where q is much longer than the arm, |q|^2 changes more than all else. Statics do not hold.
+    """
+    turned = [apply(robot.rotation(robot.u), b) for b in robot.points]
+    spokes = [
+        [8 * x for x in minus(minus(a, robot.p), r)] for a, r in zip(robot.anchors, turned, strict=True)
+    ]
+    signs = [rng.choice((-1, 1)) for _ in spokes]
+    anchors = [
+        [p + r + (1 if e > 0 else -1) * s * size + e for p, r, e in zip(robot.p, turn, spoke, strict=True)]
+        for turn, spoke, s in zip(turned, spokes, signs, strict=True)
+    ]
+    own = [minus(minus(a, robot.p), r) for a, r in zip(anchors, turned, strict=True)]
+    robot = replace(robot, anchors=anchors, lengths_sq=[dot(e, e) for e in own])
+    exits = [
+        [a - (1 if e > 0 else -1) * s * size for a, e in zip(anchor, spoke, strict=True)]
+        for anchor, spoke, s in zip(anchors, spokes, signs, strict=True)
+    ]
+    exact = lambda v: tuple(map(Range.exact, v))  # noqa: E731
+    model = build_model(
+        [tuple(Range(x - size, x + size) for x in v) for v in exits],
+        [exact(b) for b in robot.points],
+        [root_range(x) for x in robot.lengths_sq],
+        exact(robot.load),
+        robot.n,
+        spread=True,
+    )._replace(own_points=True)
+    return robot, model
+
+
+@every_count
+def test_forms_without_symbols_of_points_enclose_the_system_of_every_choice(n: int) -> None:
+    """Equations and derivatives at any place near, where a choice's own lengths need not hold either."""
+    symbols, rng = tube.SYMBOLS, random.Random(4)
+    e = error_column(symbols)
+    cases = [(case.robot, case.own) for case in spreads(n, 40 + n, SIZES)]
+    cases += [far_apart(plant(rng, n), rng, size) for size in SIZES]
+    for robot, model in cases:
+        F = np.full((form_system.TABLE.height, width(symbols), LANES), np.nan)
+        z = [x + Fraction(rng.randint(-9, 9), 10**9) for x in (*robot.u, *robot.p, *robot.t)]
+        for k in range(6 + n):
+            row = F[form_system.Z + k]
+            row[:] = 0.0
+            row[0], row[e] = float(z[k]), 1e-12
+            kernels.close(F, form_system.Z + k, symbols)
+        forms.form_system(F, model, robot.chart, True, symbols)
+        for k in range(6 + n):
+            point = [Dual(x, int(j == k)) for j, x in enumerate(z)]
+            scale = total([Dual(1), *(x * x for x in point[:3])])
+            for i, equation in enumerate(equations(robot, robot.chart, point)):
+                exact = scale * equation
+                for row_of, value in (
+                    (form_system.EQUATIONS + i, exact.value),
+                    (form_system.JACOBIAN + form_system.MOST_UNKNOWNS * i + k, exact.slope),
+                ):
+                    # Symbols of lengths are what they are within their ranges.
+                    found = F[row_of, :, 0]
+                    off = Fraction(found[e]) + sum(map(Fraction, np.abs(found[1:e])))
+                    assert abs(value - Fraction(found[0])) <= off, (i, k)
+
+
 def value_at(found: Tube, k: int, at: Place) -> Fraction:
     """Return an unknown's exact value on a tube's polynomial."""
     row = np.zeros(width(SYMBOLS))

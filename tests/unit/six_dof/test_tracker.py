@@ -410,3 +410,11 @@ def test_a_weightless_platform_is_warmed_up_and_tracked_under_a_force() -> None:
     assert own.update(UC4, weight).tracked
     with pytest.raises(InputError, match="cancel"):
         own.update(UC4)
+
+
+def test_a_start_under_quite_another_force_is_lost_not_another_pose() -> None:
+    """Newton's method goes from there to an unstable pose 4.7 m away, turned by 164 degrees."""
+    lengths, force = [7.5, 8.0, 7.0], [-2.321, -2.393, -3.607]
+    (start,) = [s for s in forward_kinematics("uc3", lengths).solutions if str(s.stability) == "stable"]
+    pose = Tracker("uc3", start).update(lengths, force)
+    assert not pose.tracked or np.linalg.norm(np.array(pose.point) - start.nominal.position) < 1.0
