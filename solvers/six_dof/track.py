@@ -250,6 +250,16 @@ def ranged(lengths: Any, chosen: Any) -> bool:
     return False
 
 
+@kernel("b1(f8[:, :, ::1])")
+def vague(data: Any) -> bool:
+    """Return True when a point of a cable in ``data`` is known to a range, not only to rounding."""
+    for i in range(data.shape[0] - 1):
+        for k in range(6):
+            if data[i, k, 1] - data[i, k, 0] > ROUNDING * (1.0 + abs(data[i, k, 0])):
+                return True
+    return False
+
+
 @part()
 def loads(far: Any, data: Any, taut: Any, others: Any, size: float, X: Any) -> tuple[int, int]:
     """Prove over a region that the cables ``taut`` (n,) carry and the ``others`` (N - n,) do not.
@@ -351,7 +361,7 @@ def track(
             continue
         newton.krawczyk_matrix(data, rows, free, C, X, E)
         if box_around(f, E, free, C, root, X, box) and holds(z, box, radius * 0.5**k, size):
-            if ranged(lengths, taut):
+            if ranged(lengths, taut) or vague(data):
                 # The derivative over the box itself gives narrower bounds than the one over the region.
                 contract(data, rows, free, C, box)
             return TRACKED, k, -1
