@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from cdpr_interval.engine.budget import Budget
 from cdpr_interval.errors import CdprError
 from cdpr_interval.exact.enclosure import Bounds
 from solvers.answers.data import CableState
@@ -21,6 +22,7 @@ FINEST = 2.0**-14
 SHARP = 64.0
 """Of ranges: shortest parts over the way on which the lengths go as far as their ranges are wide."""
 COARSEST = 2.0**-4
+OVER = "the budget is over"
 IDENTITY = np.repeat(np.eye(3)[:, :, None], 2, axis=2)
 
 
@@ -34,9 +36,10 @@ class OnePoseMover:
     """
 
     finest = FINEST
+    _budget: Budget | None
 
     def __init__(self, follow: Callable[[Bounds], Any], lengths: Bounds) -> None:
-        self._follow, self._lengths = follow, lengths
+        self._follow, self._lengths, self._budget = follow, lengths, None
         pose = follow(lengths)
         if not pose.proved:
             raise CdprError(pose.reason)
@@ -54,8 +57,9 @@ class OnePoseMover:
     def back_to(self, place: Any) -> None:
         """Do nothing: there are no marks."""
 
-    def go(self, lengths: Bounds) -> Moved:
+    def go(self, lengths: Bounds, budget: Budget | None = None) -> Moved:
         """Prove the pose while the lengths go straight to new ones (N, 2), m, as far as that is proved."""
+        self._budget = budget
         stretches: list[Stretch] = []
         here, step, reason = 0.0, 1.0, ""
         finest = self._finest(lengths)
@@ -94,7 +98,9 @@ class OnePoseMover:
             self._here = stretches[-1]
 
     def _part(self, lengths: Bounds, first: float, last: float) -> tuple[Stretch | None, str]:
-        """Return the pose on a part of the way, and why there is none."""
+        """Return the pose on a part of the way, and why there is none; that may take a second."""
+        if self._budget is not None and self._budget.stop() is not None:
+            return None, OVER
         pose = self._follow(lengths_on(self._lengths, lengths, first, last))
         return (_stretch(pose, first, last), "") if pose.proved else (None, pose.reason)
 

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from cdpr_interval.engine.budget import Budget
 from cdpr_interval.errors import CdprError
 from cdpr_interval.exact.enclosure import Bounds, length_bounds
 from cdpr_interval.mechanics.loaded import loaded
@@ -67,8 +68,8 @@ class PlatformMover:
         """Be again where and how the pose was at a mark."""
         self._way.known, self._chart, self._here = place
 
-    def go(self, lengths: Bounds) -> Moved:
-        """Follow the pose to new lengths (N, 2), m."""
+    def go(self, lengths: Bounds, budget: Budget | None = None) -> Moved:
+        """Follow the pose to new lengths (N, 2), m; that takes milliseconds, whatever the ``budget``."""
         notes: list[Noted] = []
         before = self._way.known.lengths
         arrived = self._way.go(self._chart, self._charts[self._chart], self._load, lengths, notes)

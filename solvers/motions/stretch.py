@@ -7,6 +7,7 @@ from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
+from cdpr_interval.engine.budget import Budget
 from cdpr_interval.exact.enclosure import Bounds
 
 ROUNDED = 4e-16
@@ -86,8 +87,10 @@ class Mover(Protocol):
     def back_to(self, place: Any) -> None:
         """Be again where and how the pose was at a mark."""
 
-    def go(self, lengths: Bounds) -> Moved:
+    def go(self, lengths: Bounds, budget: Budget | None = None) -> Moved:
         """Follow the pose while the lengths go straight from the last ones to these (N, 2), m.
+
+        A way of many proofs ends when the ``budget`` does.
 
         Guarantee
         ---------

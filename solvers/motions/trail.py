@@ -99,7 +99,7 @@ def _to_knot(
             return
         step = min(step, knot - trail.reached, key=abs)
         before, place, whole = trail.reached, mover.mark(), list(spans)
-        moved = mover.go(course.bounds(before + step))
+        moved = mover.go(course.bounds(before + step), budget)
         trail.proofs += 1
         for one in moved.stretches:
             begin, end = (before + step * Fraction(float(x)) for x in (one.first, one.last))
@@ -108,6 +108,9 @@ def _to_knot(
         if not moved.reason:
             last, step = (before, step, place, whole), GROWTH * step
             continue
+        if (stop := budget.stop()) is not None:
+            trail.stop = stop
+            return
         step /= 2
         if abs(step) >= least:
             continue

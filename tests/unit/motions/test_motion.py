@@ -14,14 +14,15 @@ import numpy as np
 import pytest
 
 from cdpr_interval import InputError, load_robot
+from cdpr_interval.engine.budget import Budget
 from cdpr_interval.errors import CdprError
 from cdpr_interval.mechanics.stability import Stability
 from cdpr_interval.robots.cable_robot import Robot
-from solvers import Motion, forward_kinematics, motion
+from solvers import Motion, PointMass, forward_kinematics, motion
 from solvers.answers.data import CableState, Certainty, Outcome, Undecided
 from solvers.motions.course import read_course
 from solvers.motions.motion import MotionOptions, motion_problem, solve_motion
-from solvers.motions.one_pose import OnePoseMover
+from solvers.motions.one_pose import OVER, OnePoseMover
 from solvers.motions.start import chosen, mover_of
 from tests.unit.solvers.test_schemas import faults, schema
 
@@ -160,6 +161,23 @@ def test_a_point_mass_with_ranges_of_data():
     assert vague.outcome is exact.outcome is Outcome.COMPLETE
     bounds, position = np.array(vague.segments[0].tube.position), np.array(exact.segments[0].tube.position)
     assert (bounds[:, 0] <= position[:, 0]).all() and (position[:, 1] <= bounds[:, 1]).all()
+
+
+def test_a_budget_ends_within_a_way():
+    """The proofs of a point mass with ranges take long each: the first after the budget's end is the last."""
+    robot, asked = load_robot("merlet_4_1"), []
+    budget = Budget(cell_limit=3)
+
+    def follow(lengths):
+        asked.append(lengths)
+        budget.cells += 1
+        return PointMass(robot).solve(lengths.tolist())
+
+    before, after = np.array([[3.1] * 2, [3.2] * 2, [3.3] * 2, [3.4] * 2]), np.array([[3.3] * 2] * 4)
+    mover = OnePoseMover(follow, before)
+    moved = mover.go(after, budget)
+    assert moved.reason == OVER and 0.0 <= moved.share < 1.0 and len(asked) <= 5
+    assert all(stretch.last <= moved.share for stretch in moved.stretches)
 
 
 def test_documents_follow_their_schema():
