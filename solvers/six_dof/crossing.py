@@ -6,9 +6,8 @@ two zeros is a static pose, or both are the same; see ``cross``.
 Arrays, for n taut cables, the one that may switch the last, and m = 6 + n equations: as in ``continuation``;
 ``slack_data`` (n, 7, 2) is ``data`` without that cable; ``A, B`` (m, m) are inverses of the derivatives with
 t_k = 0 and with its length, ``E`` (m, m, 2); ``v, w, apart, slack_w`` (m,) are radii; ``slack_z`` (6 + n,),
-``slack_box`` (6 + n, 2); ``notes`` (4, 7 + n, 2) are ``note`` of ``continuation``; ``link`` is known of the
-zero with the cable's length where it may be taut, ``slack_link`` of that without tension where it may be
-slack.
+``slack_box`` (6 + n, 2); ``notes`` (4, 7 + n, 2) are ``note`` of ``continuation``; ``link`` is a ``Link`` to
+the zero with the cable's length, ``slack_link`` is a ``Link`` to that without tension.
 """
 
 from __future__ import annotations
