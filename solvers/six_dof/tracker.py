@@ -215,6 +215,8 @@ class Tracker:
             z, np.empty(7), np.empty((7, 2)),
         )  # fmt: skip
         if self._follows:
+            far = Place(0, z, order, taut, system.rows, system.free[0].copy(), densities=np.ones(1))
+            known_at(self._body, far, self._charts[0], lengths, load.bounds)
             warm_up_ways(self._robot, self._charts[0], load.bounds)
         if self._place is None:
             from solvers.six_dof import warming
