@@ -86,12 +86,16 @@ def limited(seconds: float | None) -> Iterator[None]:
             _thread.interrupt_main()
             pause = _PAUSE_S
 
-    threading.Thread(target=interrupt, daemon=True).start()
+    thread = threading.Thread(target=interrupt, daemon=True)
+    thread.start()
     try:
-        yield
+        try:
+            yield
+        finally:
+            # None may come after this: it would interrupt what knows nothing of the limit.
+            ended.set()
+            thread.join()
     except KeyboardInterrupt:
         if not over.is_set():
             raise
         raise OutOfTime from None
-    finally:
-        ended.set()

@@ -21,8 +21,8 @@ from itertools import combinations
 import numpy as np
 from numpy.typing import NDArray
 
-from cdpr_interval.mechanics.rotation import HALF_TURNS
 from cdpr_interval.mechanics.six_dof.arrays import Model
+from solvers.six_dof.cells.lift import turned_arms
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -165,10 +165,6 @@ def _shells(model: Model, charts: Floats, boxes: Floats, count: int) -> tuple[Fl
     """
     middle = 0.5 * boxes[:, :3, 0] + 0.5 * boxes[:, :3, 1]
     radius = np.maximum(boxes[:, :3, 1] - middle, middle - boxes[:, :3, 0])
-    u = middle[:, None, :]
-    arms = model.arms[0, :count] * HALF_TURNS[charts.astype(np.int64)][:, None, :]
-    across = np.cross(u, arms)
-    arms = arms + 2.0 * (across + np.cross(u, across)) / (1.0 + (u * u).sum(axis=2, keepdims=True))
     length = np.linalg.norm(model.arms[0, :count], axis=1)
     turn = np.linalg.norm(radius, axis=1)
     size = np.abs(model.exits[:count]).sum(axis=1) + length + model.lengths[:count, 1]
@@ -176,4 +172,5 @@ def _shells(model: Model, charts: Floats, boxes: Floats, count: int) -> tuple[Fl
     off = 2.0 * turn[:, None] * length * (1.0 + ROUNDING) + error
     is_taut = np.arange(count) < model.n_taut
     least = np.where(is_taut, model.lengths[:count, 0] - off, -np.inf)
-    return model.exits[:count] - arms, model.lengths[:count, 1] + off, least
+    centres = model.exits[:count] - turned_arms(model, charts, middle, count)
+    return centres, model.lengths[:count, 1] + off, least

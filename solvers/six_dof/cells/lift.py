@@ -21,6 +21,15 @@ ROUNDING = 1e-13
 up to eight times as large (u reaches from -1 to 1)."""
 
 
+def turned_arms(model: Model, charts: Floats, u: Floats, count: int) -> Floats:
+    """Return R(u) D_c b_i (C, count, 3) of the first cables, for u (C, 3) and charts (C,), in floats."""
+    arms = model.arms[0, :count] * HALF_TURNS[charts.astype(np.int64)][:, None, :]
+    v = u[:, None, :]
+    across = np.cross(v, arms)
+    moved = 2.0 * (across + np.cross(v, across)) / (1.0 + (v * v).sum(axis=2, keepdims=True))
+    return np.asarray(arms + moved)
+
+
 def may_lift(model: Model, charts: Floats, poses: Floats) -> NDArray[np.bool_]:
     """Return which boxes of poses may hold one at which a taut cable pulls against the load.
 
@@ -51,11 +60,8 @@ def may_lift(model: Model, charts: Floats, poses: Floats) -> NDArray[np.bool_]:
         f, f_err = model.load / unit, np.abs(model.load_err / unit).sum()
         middle = 0.5 * poses[:, :, 0] + 0.5 * poses[:, :, 1]
         radius = np.maximum(poses[:, :, 1] - middle, middle - poses[:, :, 0])
-        u, p = middle[:, None, :3], middle[:, None, 3:]
-        arms = model.arms[0, :n] * HALF_TURNS[charts.astype(np.int64)][:, None, :]
-        across = np.cross(u, arms)
-        arms = arms + 2.0 * (across + np.cross(u, across)) / (1.0 + (u * u).sum(axis=2, keepdims=True))
-        pull = (model.exits[:n] - p - arms) @ f
+        arms = turned_arms(model, charts, middle[:, :3], n)
+        pull = (model.exits[:n] - middle[:, None, 3:] - arms) @ f
         length = np.linalg.norm(model.arms[0, :n], axis=1)
         turn = np.linalg.norm(radius[:, :3], axis=1)
         change = (radius[:, 3:] @ np.abs(f))[:, None] + 2.0 * np.linalg.norm(f) * turn[:, None] * length
