@@ -19,7 +19,6 @@ from cdpr_interval.errors import NotSupportedError
 from cdpr_interval.exact.range import Range, RangeVector, as_range, difference
 from cdpr_interval.exact.vector import Vector, minus
 from cdpr_interval.mechanics.cables.law import CableModel, model_of
-from cdpr_interval.mechanics.cables.straight import FixedExit
 from cdpr_interval.mechanics.spread import Spread, spread_of
 from cdpr_interval.robots.cable_robot import Robot
 from cdpr_interval.robots.numbers import Point, exact, exact_point, is_exact_point, middle_point, range_point
@@ -123,11 +122,11 @@ class LoadedRobot:
 
     @cached_property
     def exits(self) -> tuple[Vector, ...]:
-        """A_i in the base frame, m, file order."""
-        routes = [model.route for model in self.models]
-        if not all(isinstance(route, FixedExit) and not route.before for route in routes):
+        """A_i in the base frame, m, file order; `NotSupportedError` where a cable runs over a pulley."""
+        exits = [model.route.fixed_exit for model in self.models]
+        if None in exits:
             raise NotSupportedError(f"robot '{self.robot.name}': pulleys are not supported here yet")
-        return tuple(route.point for route in routes if isinstance(route, FixedExit))
+        return tuple(x for x in exits if x is not None)
 
     @cached_property
     def centre(self) -> Vector:

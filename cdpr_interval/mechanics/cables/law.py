@@ -29,6 +29,10 @@ Number = Callable[[Fraction], Any]
 class Route(Protocol):
     """Where a cable runs."""
 
+    @property
+    def fixed_exit(self) -> Vector | None:
+        """The point (base frame, m) from which all of the cable runs straight; None without one."""
+
     def path(self, anchor: Triple, numbers: Numbers) -> Path:
         """Return where the cable runs to an anchor (base frame, m); `OffTheCable` where it cannot."""
 

@@ -82,10 +82,12 @@ class OverPulley:
     axis: Vector
     """k times any positive number."""
     radius: Fraction
+    """Above 0."""
     arm: Fraction
     lead_in: Fraction
     joints: int
     bisector: bool
+    fixed_exit = None
 
     @staticmethod
     def of(cable: Cable, up: Vector | None) -> OverPulley | None:

@@ -29,6 +29,11 @@ class FixedExit:
             return None
         return FixedExit(exact_point(cable.frame_anchor), exact(cable.pulley.lead_in))
 
+    @property
+    def fixed_exit(self) -> Vector | None:
+        """The exit point, where nothing of the cable lies before it."""
+        return None if self.before else self.point
+
     def path(self, anchor: Triple, numbers: Numbers) -> Path:
         """Return the straight line from the exit point."""
         start = numbers.point(self.point)
