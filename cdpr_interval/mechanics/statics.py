@@ -71,7 +71,7 @@ class StaticModel:
         return self.ways(pose)[0]
 
     def ways(self, pose: Pose) -> tuple[Floats, Floats]:
-        """Return how long the ways of the cables are, (N,) m, and where they leave the platform to, (N, 3) unit.
+        """Return how long the cables' ways are, (N,) m, and their unit vectors from the platform, (N, 3).
 
         Raises
         ------
