@@ -24,13 +24,11 @@ from cdpr_interval.kernels.interval import (
     mag,
     mid,
     mul,
-    scale,
     sqr,
     sqrt,
     sub,
 )
 from cdpr_interval.kernels.kernel import entry, kernel
-from cdpr_interval.kernels.rounding import down, up
 
 FIXED, ONE_JOINT, BALANCED, BISECTED = 0, 1, 2, 3
 """Kinds of routes: a fixed exit point, a pulley on one joint, on two in exact balance, on two with the bisector."""
@@ -434,7 +432,7 @@ def way_over(route: Any, box: Any, way: Any) -> bool:
 def unknown_way(route: Any, box: Any, way: Any) -> None:
     """Write what holds whatever the arm does: the rope is not shorter than the straight line, see `way_over`."""
     for j in range(LENGTH, WAY):
-        if j != ACROSS and not PLANE <= j:
+        if j != ACROSS and not j >= PLANE:
             way[j, 0], way[j, 1] = -math.inf, math.inf
     for j in range(3):
         way[ALONG + j, 0], way[ALONG + j, 1] = -1.0, 1.0
@@ -482,9 +480,7 @@ def turning_over(route: Any, way: Any, turning: Any) -> None:
                     lo, hi = sub(1.0, 1.0, lo, hi)
                     lo = max(lo, 0.0)
                 else:
-                    lo, hi = mul(
-                        way[ALONG + i, 0], way[ALONG + i, 1], way[ALONG + j, 0], way[ALONG + j, 1]
-                    )
+                    lo, hi = mul(way[ALONG + i, 0], way[ALONG + i, 1], way[ALONG + j, 0], way[ALONG + j, 1])
                     lo, hi = -hi, -lo
                 turning[i, j, 0], turning[i, j, 1] = div(lo, hi, way[FREE, 0], way[FREE, 1])
         return
