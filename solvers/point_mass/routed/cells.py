@@ -12,11 +12,12 @@ searched.
 
 A cell is a row ``x lo, x hi, y lo, y hi, z lo, z hi, share``.
 
-Arrays: ``context`` is ``(data, outward, known, smallest)``: ``data`` a
+Arrays: ``context`` is ``(data, outward, taut, known, smallest)``: ``data`` a
 `solvers.point_mass.routed.data.Routed` of N cables; ``outward`` is true where a pose as above is proved;
-``known`` (3, 2) is the part of a cell that holds no further pose; ``smallest`` the smallest width of a cell.
-``box`` (3, 2); ``ways`` (N, WAY, 2); ``gradients`` (N, 3, 2); ``tension`` (N, 2), of a cable that may be taut
-without a bound (0, inf); ``y`` (3,) a direction.
+``known`` (3 + m, 2) is the domain of a proved zero of the equations with the m inextensible cables ``taut``
+(m,), ascending; ``smallest`` the smallest width of a cell. ``box`` (3, 2); ``ways`` (N, WAY, 2);
+``gradients`` (N, 3, 2); ``tension`` (N, 2), of a cable that may be taut without a bound (0, inf); ``y`` (3,)
+a direction.
 """
 
 from __future__ import annotations
@@ -246,16 +247,88 @@ def impossible(data: Any, ways: Any, tension: Any) -> bool:
     return unbalanced(data, ways, tension)
 
 
+@kernel()
+def is_the_known(data: Any, ways: Any, tension: Any, taut: Any, known: Any) -> bool:
+    """Prove that every pose in a box with these ways is a zero of the known equations in their domain.
+
+    The inextensible cables among those that may be taut, with tensions (N, 2) here, are the known ones (m,),
+    each of them has to carry, and their tensions lie in the domain (3 + m, 2).
+    """
+    elastic, load = data[1], data[4]
+    m = 0
+    for i in range(tension.shape[0]):
+        if not elastic[i] and tension[i, 1] > 0.0:
+            if m == taut.shape[0] or taut[m] != i:
+                return False
+            m += 1
+    if m < taut.shape[0]:
+        return False
+    if m > 0:
+        balance_across_pairs(load, ways, tension)
+    for b in range(m):
+        lo, hi = tension[taut[b], 0], tension[taut[b], 1]
+        if not (lo > 0.0 and known[3 + b, 0] <= lo and hi <= known[3 + b, 1]):
+            return False
+    return True
+
+
+@kernel()
+def balance_along(load: Any, ways: Any, y: Any, along: Any, tension: Any) -> None:
+    """Cut tensions (N, 2) by y . f = sum t_i (y . a_i) for a direction y (3,); along (N, 2) is scratch."""
+    count = tension.shape[0]
+    for i in range(count):
+        slo, shi = 0.0, 0.0
+        for j in range(3):
+            lo, hi = mul(y[j], y[j], ways[i, ALONG + j, 0], ways[i, ALONG + j, 1])
+            slo, shi = add(slo, shi, lo, hi)
+        along[i, 0], along[i, 1] = slo, shi
+    for i in range(count):
+        if along[i, 0] <= 0.0 <= along[i, 1] or tension[i, 1] == 0.0:
+            continue
+        slo, shi = 0.0, 0.0
+        for j in range(3):
+            lo, hi = mul(y[j], y[j], load[j, 0], load[j, 1])
+            slo, shi = add(slo, shi, lo, hi)
+        for h in range(count):
+            if h != i:
+                lo, hi = mul(tension[h, 0], tension[h, 1], along[h, 0], along[h, 1])
+                slo, shi = sub(slo, shi, lo, hi)
+        lo, hi = div(slo, shi, along[i, 0], along[i, 1])
+        tension[i, 0], tension[i, 1] = max(tension[i, 0], lo), min(tension[i, 1], hi)
+
+
+@kernel()
+def balance_across_pairs(load: Any, ways: Any, tension: Any) -> None:
+    """Cut tensions (N, 2) by the balance along directions across two cables each, and along each cable."""
+    count = tension.shape[0]
+    y, along = np.empty(3), np.empty((count, 2))
+    for p in range(count):
+        if tension[p, 1] == 0.0:
+            continue
+        for j in range(3):
+            y[j] = mid(ways[p, ALONG + j, 0], ways[p, ALONG + j, 1])
+        balance_along(load, ways, y, along, tension)
+        for q in range(p):
+            if tension[q, 1] == 0.0:
+                continue
+            for j in range(3):
+                a, b = (j + 1) % 3, (j + 2) % 3
+                y[j] = mid(ways[p, ALONG + a, 0], ways[p, ALONG + a, 1]) * mid(
+                    ways[q, ALONG + b, 0], ways[q, ALONG + b, 1]
+                ) - mid(ways[p, ALONG + b, 0], ways[p, ALONG + b, 1]) * mid(
+                    ways[q, ALONG + a, 0], ways[q, ALONG + a, 1]
+                )
+            balance_along(load, ways, y, along, tension)
+
+
 @entry()
 def process(context: Any, cell: Any, children: Any) -> int:
     """Decide one cell, see `cdpr_interval.engine.depth_first`."""
-    data, outward, known, smallest = context
+    data, outward, taut, known, smallest = context
     routes = data[0]
     count = routes.shape[0]
     box = np.empty((3, 2))
     box_of(cell, box)
-    if contains(known, box, 3):
-        return 0
     ways, gradient, at_middle = np.empty((count, WAY, 2)), np.empty((3, 2)), np.empty((WAY, 2))
     tension = np.empty((count, 2))
     for i in range(count):
@@ -275,6 +348,8 @@ def process(context: Any, cell: Any, children: Any) -> int:
         gradient_over(routes[i], ways[i], gradient)
         sharpened_length(routes[i], box, ways[i], gradient, at_middle)
     if impossible(data, ways, tension):
+        return 0
+    if contains(known, box, 3) and is_the_known(data, ways, tension, taut, known):
         return 0
     keep(box, cell, children[0])
     return halve(box, widest(box), smallest, children)

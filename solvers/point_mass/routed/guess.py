@@ -204,6 +204,17 @@ def first_point(data: Any, L: Any, f: Any, x: Any) -> None:
         x[j] = p[j]
 
 
+@kernel()
+def ascending(taut: Any, m: int, x: Any) -> None:
+    """Sort the m taut cables (>= m,) with their tensions in x (>= 3 + m,): no result depends on the way."""
+    for a in range(1, m):
+        b = a
+        while b > 0 and taut[b - 1] > taut[b]:
+            taut[b - 1], taut[b] = taut[b], taut[b - 1]
+            x[2 + b], x[3 + b] = x[3 + b], x[2 + b]
+            b -= 1
+
+
 @entry()
 def guess(data: Any, taut: Any, x: Any) -> int:
     """Write a static pose: the inextensible cables that carry and x = (X, tensions); return their number.
@@ -244,6 +255,7 @@ def guess(data: Any, taut: Any, x: Any) -> int:
             if not held and length[i] - L[i] > excess:
                 worst, excess = i, length[i] - L[i]
         if worst < 0:
+            ascending(taut, m, x)
             return m
         if m == 3:
             # Four constraints on a point: the one with the least tension gives way.

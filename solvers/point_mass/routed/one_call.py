@@ -114,24 +114,10 @@ def is_outward(data: Any, box: Any) -> bool:
     return leaves_outward(data, box)
 
 
-@entry()
-def known_part(data: Any, domain: Any, known: Any) -> None:
-    """Write where there is no further pose, (3, 2): a domain of uniqueness of positions alone."""
-    for j in range(3):
-        known[j, 0], known[j, 1] = np.inf, -np.inf
-    for i in range(data[1].shape[0]):
-        if not data[1][i]:
-            return
-    for j in range(3):
-        known[j, 0], known[j, 1] = domain[j, 0], domain[j, 1]
-
-
 @kernel()
-def only_one(data: Any, box: Any, domain: Any) -> bool:
-    """Prove that the pose in a box (n, 2), alone in its domain (n, 2), is the only one anywhere."""
-    known = np.empty((3, 2))
-    known_part(data, domain, known)
-    context = (data, leaves_outward(data, box), known, SMALLEST)
+def only_one(data: Any, taut: Any, box: Any, domain: Any) -> bool:
+    """Prove that the pose in a box (3 + m, 2), alone in its domain, with m taut cables, is the only one."""
+    context = (data, leaves_outward(data, box), taut, domain, SMALLEST)
     stack, leaves = np.empty((QUICK_ROWS, WIDTH)), np.empty((1, WIDTH))
     kinds, children = np.empty(1, dtype=np.int64), np.empty((4, WIDTH))
     count = first_cells(data, context[1], stack)
@@ -195,4 +181,4 @@ def routed_pose(
     if not classify(data, taut, m, box, states, tension, distance):
         return UNCLEAR
     fill(frame, box, tension, distance, bounds)
-    return DECIDED if only_one(data, box, domain) else AMONG_OTHERS
+    return DECIDED if only_one(data, taut[:m], box, domain) else AMONG_OTHERS

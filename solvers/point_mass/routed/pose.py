@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,7 +28,6 @@ from solvers.point_mass.routed.one_call import (
     data_of,
     fill,
     is_outward,
-    known_part,
     routed_pose,
 )
 from solvers.point_mass.routed.tied import prove_tied, tied_tensions
@@ -37,6 +37,8 @@ FINER = 0.125
 """Widths of the smallest cells of a further search over those of the one before."""
 FINEST = 1e-7
 """In the kernels' units: smaller cells are left undecided."""
+WIDTHS = tuple(0.25 * 0.5**i for i in range(20))
+"""In the kernels' units: radii of domains of uniqueness that are tried."""
 MOST_CELLS = 200_000
 """Of the searches for one question, unless it sets a limit: seconds."""
 NEAR = "between cells that are not excluded a pose may lie: next to a pulley, or one too close to another"
@@ -98,13 +100,13 @@ class _Hunt:
     stability: list[Stability] = field(default_factory=list)
     regions: list[Bounds] = field(default_factory=list)
 
-    def run(self, outward: bool, known: Bounds) -> None:
+    def run(self, outward: bool, taut: States, known: Bounds) -> None:
         """Look at everything that may hold a pose, finer and finer."""
         stack = np.empty((max(64, len(self.mass.routes)), WIDTH))
         cells = stack[: first_cells(self.data, outward, stack)]
         smallest = SMALLEST
         while len(cells):
-            leaves = self._search(cells, outward, known, smallest)
+            leaves = self._search(cells, (outward, taut, known), smallest)
             if self.pending:
                 return
             smallest *= FINER
@@ -117,8 +119,8 @@ class _Hunt:
                 else:
                     cells = np.concatenate([cells, cluster])
 
-    def _search(self, cells: NDArray[np.float64], outward: bool, known: Bounds, smallest: float) -> Bounds:
-        context = (self.data, outward, known, smallest)
+    def _search(self, cells: NDArray[np.float64], first: tuple[Any, ...], smallest: float) -> Bounds:
+        context = (self.data, *first, smallest)
 
         def make_run() -> Run:
             return lambda stack, count, leaves, kinds, children, limit: run_cells(
@@ -227,9 +229,9 @@ def find_poses(
     if status == DECIDED:
         return Found((noted(unpacked(bounds, states), mass),), (Stability.STABLE,))
     data = data_for(mass, lengths)
-    first, outward, known = _first(mass, data, status == AMONG_OTHERS)
+    first, outward, taut, known = _first(mass, data, status == AMONG_OTHERS)
     hunt = _Hunt(mass, data, budget, threads, report)
-    hunt.run(outward, known)
+    hunt.run(outward, taut, known)
     poses = ([first] if first is not None else []) + hunt.poses
     stability = ([Stability.STABLE if outward else Stability.UNDECIDED] if first is not None else []) + (
         hunt.stability
@@ -238,27 +240,39 @@ def find_poses(
     return Found(tuple(poses), tuple(stability), regions, hunt.pending, hunt.cells, hunt.stop, False)
 
 
-def _first(mass: RoutedMass, data: Routed, proved: bool) -> tuple[Fields | None, bool, Bounds]:
-    """Return the pose by guess and proof, whether it is outward, and where there is no further one."""
+def _first(mass: RoutedMass, data: Routed, proved: bool) -> tuple[Fields | None, bool, States, Bounds]:
+    """Return the pose by guess and proof, whether it is outward, its taut cables and domain of uniqueness."""
     count = len(mass.elastic)
+    none = np.empty(0, dtype=np.int64)
     nowhere = np.column_stack([np.full(3, np.inf), np.full(3, -np.inf)])
     taut, x = np.empty(count + 1, dtype=np.int64), np.empty(4 + count)
     m = guess(data, taut, x)
     if m < 0:
-        return None, False, nowhere
+        return None, False, none, nowhere
     if proved:
-        box, domain, known = np.empty((3 + m, 2)), np.empty((3 + m, 2)), np.empty((3, 2))
+        box, domain = np.empty((3 + m, 2)), np.empty((3 + m, 2))
         if prove_balance(data, taut, x[: 3 + m].copy(), anywhere(3 + m), box, domain):
-            known_part(data, domain, known)
-            return fields_at(mass, data, taut[:m], box), bool(is_outward(data, box)), known
+            fields = fields_at(mass, data, taut[:m], box)
+            widest = _widened(data, taut, x[: 3 + m], domain)
+            return fields, bool(is_outward(data, box)), taut[:m].copy(), widest
     box, multiplier = np.empty((3, 2)), np.zeros(count)
     multiplier[taut[:m]] = np.maximum(x[3 : 3 + m], 0.0)
     if not prove_tied(data, x[:3].copy(), multiplier, box):
-        return None, False, nowhere
+        return None, False, none, nowhere
     states, tension, distance = np.empty(count, dtype=np.int64), np.empty((count, 2)), np.empty((count, 2))
     if not tied_tensions(data, box, states, tension, distance):
-        return None, False, nowhere
-    return _filled(mass, box, tension, distance, states), True, nowhere
+        return None, False, none, nowhere
+    return _filled(mass, box, tension, distance, states), True, none, nowhere
+
+
+def _widened(data: Routed, taut: States, x: NDArray[np.float64], domain: Bounds) -> Bounds:
+    """Return the widest of a few domains around a zero in which it is proved to be the only one."""
+    box, wide = np.empty(domain.shape), np.empty(domain.shape)
+    for radius in WIDTHS:
+        cover = np.stack([x - radius, x + radius], axis=1)
+        if prove_balance(data, taut, x.copy(), cover, box, wide):
+            return wide
+    return domain
 
 
 def _in_metres(mass: RoutedMass, box: Bounds) -> Bounds:

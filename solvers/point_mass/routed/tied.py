@@ -24,13 +24,13 @@ from typing import Any
 import numpy as np
 
 from cdpr_interval.kernels.box import point
-from cdpr_interval.kernels.interval import add, div, mag, mid, mul, sqr, sub
+from cdpr_interval.kernels.interval import add, mag, mid, mul, sqr, sub
 from cdpr_interval.kernels.interval_matrix import POSITIVE, definiteness
 from cdpr_interval.kernels.kernel import entry, kernel
 from cdpr_interval.kernels.rounding import down, up
 from cdpr_interval.mechanics.cables.ways import ALONG, FREE, LENGTH, WAY, turning_over
 from solvers.point_mass.routed.balance import bend, pull, survey
-from solvers.point_mass.routed.cells import all_beyond, bounded_by_load
+from solvers.point_mass.routed.cells import all_beyond, balance_across_pairs, bounded_by_load
 from solvers.point_mass.routed.guess import VIOLATED
 
 TIGHT = 1e3 * VIOLATED
@@ -228,46 +228,9 @@ def tied_tensions(data: Any, box: Any, states: Any, tension: Any, distance: Any)
             distance[i, 1] = min(distance[i, 1], lengths[i, 1])
     if not bounded_by_load(data, ways, tension):
         return False
-    y, along = np.empty(3), np.empty((count, 2))
-    for p in range(count):
-        for q in range(p):
-            if tension[p, 1] == 0.0 or tension[q, 1] == 0.0:
-                continue
-            for j in range(3):
-                a, b = (j + 1) % 3, (j + 2) % 3
-                y[j] = mid(ways[p, ALONG + a, 0], ways[p, ALONG + a, 1]) * mid(
-                    ways[q, ALONG + b, 0], ways[q, ALONG + b, 1]
-                ) - mid(ways[p, ALONG + b, 0], ways[p, ALONG + b, 1]) * mid(
-                    ways[q, ALONG + a, 0], ways[q, ALONG + a, 1]
-                )
-            balance_along(load, ways, y, along, tension)
+    balance_across_pairs(load, ways, tension)
     for i in range(count):
         if not tension[i, 0] <= tension[i, 1]:
             return False
         states[i] = 0 if tension[i, 1] == 0.0 else 1 if tension[i, 0] > 0.0 else 2
     return True
-
-
-@kernel()
-def balance_along(load: Any, ways: Any, y: Any, along: Any, tension: Any) -> None:
-    """Cut tensions (N, 2) by y . f = sum t_i (y . a_i) for a direction y (3,); along (N, 2) is scratch."""
-    count = tension.shape[0]
-    for i in range(count):
-        slo, shi = 0.0, 0.0
-        for j in range(3):
-            lo, hi = mul(y[j], y[j], ways[i, ALONG + j, 0], ways[i, ALONG + j, 1])
-            slo, shi = add(slo, shi, lo, hi)
-        along[i, 0], along[i, 1] = slo, shi
-    for i in range(count):
-        if along[i, 0] <= 0.0 <= along[i, 1] or tension[i, 1] == 0.0:
-            continue
-        slo, shi = 0.0, 0.0
-        for j in range(3):
-            lo, hi = mul(y[j], y[j], load[j, 0], load[j, 1])
-            slo, shi = add(slo, shi, lo, hi)
-        for h in range(count):
-            if h != i:
-                lo, hi = mul(tension[h, 0], tension[h, 1], along[h, 0], along[h, 1])
-                slo, shi = sub(slo, shi, lo, hi)
-        lo, hi = div(slo, shi, along[i, 0], along[i, 1])
-        tension[i, 0], tension[i, 1] = max(tension[i, 0], lo), min(tension[i, 1], hi)
