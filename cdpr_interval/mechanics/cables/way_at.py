@@ -16,6 +16,7 @@ from cdpr_interval.kernels.kernel import entry, kernel
 from cdpr_interval.mechanics.cables.ways import (
     ARM,
     AXIS,
+    BALANCED,
     BEFORE,
     BISECTED,
     EXIT,
@@ -24,6 +25,7 @@ from cdpr_interval.mechanics.cables.ways import (
     LEAD_IN,
     ONE_JOINT,
     RADIUS,
+    SNUG,
     STEPS,
     THETA,
 )
@@ -49,8 +51,10 @@ def touch(qx: float, qy: float, r: float, side: float, n: Any) -> float:
 
 
 @kernel()
-def angle_at(n: Any) -> float:
-    """Return the angle of n (2,), with the cut at -3/4 pi."""
+def angle_at(n: Any, hangs: bool) -> float:
+    """Return the angle of n (2,), with the cut at -3/4 pi, or at -pi / 2 for a pulley that ``hangs``."""
+    if hangs:
+        return math.atan2(-n[0], n[1]) + 0.5 * math.pi
     return math.atan2(n[1] - n[0], n[1] + n[0]) + 0.25 * math.pi
 
 
@@ -98,7 +102,10 @@ def way_at(route: Any, x: Any, a: Any, turning: Any) -> float:
     r, h, lead = middle(route, RADIUS), middle(route, ARM), middle(route, LEAD_IN)
     n, m = np.empty(2), np.empty(2)
     s, c = 1.0, 0.0
-    if kind != ONE_JOINT:
+    rise = y + lead
+    straight = max(math.hypot(across, rise), 1e-300)
+    past = kind == BALANCED and (h - r) * straight >= lead * across
+    if kind != ONE_JOINT and not past:
         delta = 0.5 * math.atan2(across, -y)
         for _ in range(STEPS):
             s, c = math.sin(delta), math.cos(delta)
@@ -113,13 +120,23 @@ def way_at(route: Any, x: Any, a: Any, turning: Any) -> float:
                 break
         s, c = math.sin(delta), math.cos(delta)
     free = touch(across - h * s, y + h * c, r, 1.0, n)
-    shift, theta, swing = 0.0, middle(route, THETA), 1.0 / max(free, 1e-300)
-    gx, gy = n[0] * swing, n[1] * swing
+    theta = middle(route, THETA)
     if kind != ONE_JOINT:
         before = touch(-h * s, h * c - lead, r, -1.0, m)
-        theta = angle_at(m)
-        slope, stiffness, shift = arm_stiffness(h, s, c, n, free, m, before)
-        shift *= swing
+        theta = angle_at(m, True)
+    wrap = theta - angle_at(n, kind != ONE_JOINT)
+    if kind == ONE_JOINT and route[SNUG, 0] == 1.0:
+        wrap = max(wrap, 0.0)
+    if past or wrap < 0.0:
+        # The rope runs past the pulley, straight from C.
+        n[0], n[1] = -rise / straight, across / straight
+        free, before, wrap = straight, 0.0, 0.0
+        past = True
+    free = max(free, 1e-300)
+    gx, gy = n[0] / free, n[1] / free
+    if kind != ONE_JOINT and not past:
+        _, stiffness, shift = arm_stiffness(h, s, c, n, free, m, before)
+        shift /= free
         if kind == BISECTED:
             square = 2.0 * (across * across + y * y)
             gx += shift * y / square
@@ -136,4 +153,4 @@ def way_at(route: Any, x: Any, a: Any, turning: Any) -> float:
             sideways = (k[p] * u[q] - k[q] * u[p]) * (k[v] * u[w] - k[w] * u[v])
             turning[i, j] = (n[0] * u[i] + n[1] * k[i]) * (gx * u[j] + gy * k[j])
             turning[i, j] += n[1] / across * sideways
-    return before + r * (theta - angle_at(n)) + free
+    return before + r * wrap + free
