@@ -14,12 +14,12 @@ convex where a_u >= 0: where the rope leaves outward.
 
 Two joints: H = h (sin delta, -cos delta). The length l(delta, X) for an arm held at delta has the slope
 dl/ddelta = -h f . (a + c) with f = (cos delta, sin delta) and c the unit vector from K to C. In exact
-balance it vanishes with f' . (a + c) > 0, f' along the arm: the arm points along the resultant of both legs, L
-is the least l, and still dL/dX = a. The bisector of the angle at A is delta = arg(X - A) / 2 instead, measured
-from C; the direction is then not quite a gradient.
+balance it vanishes with f' . (a + c) > 0, f' along the arm: the arm points along the resultant of both legs,
+L is the least l, and still dL/dX = a. The bisector of the angle at A is delta = arg(X - A) / 2 instead,
+measured from C; the direction is then not quite a gradient.
 
-Where the wrap would be negative the rope does not touch the pulley and runs straight from C to X. In exact
-balance that is so where the arm can hang beside that line, which passes A at no more than h - r:
+Where the wrap would be negative the rope does not touch the pulley and runs straight from C to X. In
+exact balance that is so where the arm can hang beside that line, which passes A at no more than h - r:
 lead_in x <= (h - r) |X - C|.
 """
 
@@ -314,7 +314,7 @@ class OverPulley:
         return numbers.quarter() + numbers.angle(n[1] - n[0], n[1] + n[0])
 
     def _forces(self, delta: Any, plane: _Plane, numbers: Numbers) -> tuple[Any, Any, Any]:
-        """Return dl/ddelta, d2l/ddelta2, which is positive in balance, and the pull of the rope on the arm."""
+        """Return dl/ddelta, d2l/ddelta2 (positive in balance) and the pull of the rope along the arm."""
         legs = self._legs(plane, self._hung(delta, numbers), numbers)
         sine, cosine = numbers.sine_cosine(delta)
         h = numbers.number(self.arm)

@@ -5,8 +5,9 @@ kind.
 
 Arrays: ``route`` (ROUTE, 2) is a row of ``routes`` (N, ROUTE, 2), see ``EXIT`` and below, as
 `cdpr_interval.mechanics.cables.route_rows` makes it; ``box`` (3, 2) bounds the anchor X; ``way`` (WAY, 2) is
-written, see ``LENGTH`` and below; ``turning`` (3, 3, 2) is da/dX; ``q`` (2, 2) and all flat vectors (2, 2)
-lie in the plane of the cable: along u, along k. The last axis is (lo, hi).
+written, see ``LENGTH`` and below; ``turning`` (3, 3, 2) is da/dX; ``parts`` (8, 2) are the pieces of a way,
+see `held_way`; ``u`` (3, 2); ``q`` (2, 2), ``flat`` (2, 2), ``arm`` (2, 2) and ``n`` (2, 2) lie in the plane
+of the cable: along u, along k. The last axis is (lo, hi).
 """
 
 from __future__ import annotations
@@ -206,8 +207,8 @@ def held_way(route: Any, flat: Any, arm: Any, parts: Any) -> bool:
     plo, phi = angle_of(parts[3:5], route[KIND, 0] != ONE_JOINT)
     lo, hi = sub(tlo, thi, plo, phi)
     if route[KIND, 0] == BALANCED or (route[SNUG, 0] == 1.0 and route[KIND, 0] == ONE_JOINT):
-        # `balanced_arm` knows that the rope presses on the pulley; or the rope arrives along the axis, and the
-        # anchor is on the pulley's side of it.
+        # `balanced_arm` knows that the rope presses on the pulley; or the rope arrives along the axis, and
+        # the anchor is on the pulley's side of it.
         lo, hi = max(lo, 0.0), max(hi, 0.0)
     parts[2, 0], parts[2, 1] = lo, hi
     lo, hi = mul(r[0], r[1], lo, hi)
@@ -277,7 +278,7 @@ STEPS = 12
 
 @kernel()
 def room_beside(route: Any, flat: Any) -> tuple[float, float]:
-    """Enclose (h - r) |X - C| - lead_in x: with two joints in balance, >= 0 where the rope runs past the pulley."""
+    """Enclose (h - r) |X - C| - lead_in x: >= 0 where the rope runs past a pulley in balance, two joints."""
     lo, hi = add(flat[1, 0], flat[1, 1], route[LEAD_IN, 0], route[LEAD_IN, 1])
     lo, hi = sqr(lo, hi)
     alo, ahi = sqr(flat[0, 0], flat[0, 1])
@@ -296,8 +297,8 @@ def room_beside(route: Any, flat: Any) -> tuple[float, float]:
 def balanced_arm(route: Any, flat: Any, arm: Any, parts: Any) -> bool:
     """Write the arm (2, 2) in exact balance for all points ``flat`` (2, 2); False where none is proved.
 
-    Interval Newton in w = tan(delta / 2), with legs that touch the pulley for every arm in the range. Where the
-    rope cannot run past the pulley only one balance has a pull along the arm. ``parts`` (8, 2) is scratch.
+    Interval Newton in w = tan(delta / 2), with legs that touch the pulley for every arm in the range. Where
+    the rope cannot run past the pulley only one balance has a pull along the arm. ``parts`` is scratch.
     """
     if not room_beside(route, flat)[1] < 0.0:
         return False
