@@ -2,8 +2,8 @@
 
 Arrays: ``route`` (ROUTE, 2) as `cdpr_interval.mechanics.cables.ways` has it, of which the middles count;
 ``x`` (3,) the anchor; ``a`` (3,) its direction, written; ``turning`` (3, 3) da/dX, written; ``n`` (2,) and
-``m`` (2,) the normals where the legs that leave and arrive touch the pulley; ``u`` (3,) and ``k`` (3,) the axes
-of the plane.
+``m`` (2,) the normals where the legs that leave and arrive touch the pulley; ``u`` (3,) and ``k`` (3,) the
+axes of the plane.
 """
 
 from __future__ import annotations
