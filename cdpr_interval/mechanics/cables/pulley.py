@@ -19,8 +19,8 @@ L is the least l, and still dL/dX = a. The bisector of the angle at A is delta =
 measured from C; the direction is then not quite a gradient.
 
 Where the wrap would be negative the rope does not touch the pulley and runs straight from C to X. In
-exact balance that is so where the arm can hang beside that line, which passes A at no more than h - r:
-lead_in x <= (h - r) |X - C|.
+exact balance that is so where no arm is in balance, and one can hang beside that line, which then passes A
+at no more than h - r: lead_in x <= (h - r) |X - C|.
 """
 
 from __future__ import annotations
@@ -233,52 +233,60 @@ class OverPulley:
         """Return the angle of the arm with two joints, from C to the anchor; None: the rope runs past."""
         if self.bisector:
             return numbers.angle(plane.x, -plane.y) / 2
-        aside = numbers.number(self.arm - self.radius) * self._straight(plane, numbers).free
-        aside -= numbers.number(self.lead_in) * plane.x
-        if aside >= 0:
-            return None
-        if not aside < 0:
-            raise OffTheCable
         if isinstance(numbers, Floats):
-            return self._balanced(plane)
+            found = self._balanced(plane)
+            if found is None and not self._room(plane):
+                raise OffTheCable
+            return found
         x, y = float(plane.x.mid()), float(plane.y.mid())
         guess = self._balanced(_Plane((0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 0.0, 1.0), x, y))
+        if guess is None:
+            # That there is no balance is not proved here.
+            raise OffTheCable
         delta = numbers.zero(lambda angle: self._forces(angle, plane, numbers)[:2], guess)
         if not self._forces(delta, plane, numbers)[2] > 0:
             raise OffTheCable
         return delta
 
-    def _balanced(self, plane: _Plane) -> float:
-        """Return the arm's angle in floats; `OffTheCable` where no balance is found."""
+    def _room(self, plane: _Plane) -> bool:
+        """Return True where the arm can hang beside the straight line from C, in floats."""
+        free = self._straight(plane, Floats()).free
+        return bool(float(self.arm - self.radius) * free >= float(self.lead_in) * plane.x)
+
+    def _balanced(self, plane: _Plane) -> float | None:
+        """Return the arm's angle in balance in floats; None where none is found."""
         numbers = Floats()
-        found = self._newton(numbers.angle(plane.x, -plane.y) / 2, plane)
-        if found is None:
-            # Near the pulley that start may be far from the balance, or none: the best of a grid instead.
-            lengths = []
-            for i in range(GRID):
-                delta = math.pi * (2 * i / GRID - 0.5)
-                try:
-                    legs = self._legs(plane, self._hung(delta, numbers), numbers)
-                    pull = self._forces(delta, plane, numbers)[2]
-                except OffTheCable:
-                    continue
-                wrap = legs[0].angle - legs[1].angle
-                if pull > 0 and wrap > 0:
-                    lengths.append((legs[0].free + float(self.radius) * wrap + legs[1].free, delta))
-            found = self._newton(min(lengths)[1], plane) if lengths else None
-        if found is None:
-            raise OffTheCable
-        return found
+        across = self._straight(plane, numbers).along
+        # The bisector is near the balance of a short arm; the arm of a rope that hardly touches points across
+        # the line from C. Near the pulley those may be far from the balance: then the best of a grid.
+        for start in (numbers.angle(plane.x, -plane.y) / 2, numbers.angle(across[1], across[0])):
+            if (found := self._newton(start, plane)) is not None:
+                return found
+        lengths = []
+        for i in range(GRID):
+            delta = math.pi * (2 * i / GRID - 0.5)
+            try:
+                legs = self._legs(plane, self._hung(delta, numbers), numbers)
+                pull = self._forces(delta, plane, numbers)[2]
+            except OffTheCable:
+                continue
+            wrap = legs[0].angle - legs[1].angle
+            if pull > 0 and wrap > 0:
+                lengths.append((legs[0].free + float(self.radius) * wrap + legs[1].free, delta))
+        return self._newton(min(lengths)[1], plane) if lengths else None
 
     def _newton(self, start: float, plane: _Plane) -> float | None:
         """Return the arm's angle in balance near a start in floats, or None."""
         try:
             delta = Floats().zero(lambda angle: self._forces(angle, plane, Floats())[:2], start)
             slope, stiffness, pull = self._forces(delta, plane, Floats())
+            legs = self._legs(plane, self._hung(delta, Floats()), Floats())
         except (OffTheCable, ZeroDivisionError, OverflowError, ValueError):
             return None
-        balanced = pull > 0 and abs(slope) <= 1e-9 * stiffness and abs(delta) < math.pi
-        return delta if balanced else None
+        # A straight rope that just touches is in balance too, without a pull.
+        touches = pull > (ROUNDING if self._room(plane) else 0) and legs[0].angle > legs[1].angle
+        still = abs(slope) <= 1e-9 * stiffness + 1e-15 * float(self.arm)
+        return delta if touches and still and abs(delta) < math.pi else None
 
     def _legs(self, plane: _Plane, centre: Flat, numbers: Numbers) -> tuple[_Leg, _Leg]:
         """Return the leg that arrives and the leg that leaves."""

@@ -136,8 +136,8 @@ def way_at(route: Any, x: Any, a: Any, turning: Any) -> float:
     s, c = 1.0, 0.0
     rise = y + lead
     straight = max(math.hypot(across, rise), 1e-300)
-    past = kind == BALANCED and (h - r) * straight >= lead * across
-    if kind != ONE_JOINT and not past:
+    past = False
+    if kind != ONE_JOINT:
         delta = hung_arm(route, across, y, n, m)
         s, c = math.sin(delta), math.cos(delta)
     free = touch(across - h * s, y + h * c, r, 1.0, n)
@@ -145,6 +145,9 @@ def way_at(route: Any, x: Any, a: Any, turning: Any) -> float:
     if kind != ONE_JOINT:
         before = touch(-h * s, h * c - lead, r, -1.0, m)
         theta = angle_at(m, True)
+        if kind == BALANCED and (h - r) * straight >= lead * across:
+            # The arm can hang beside the rope; it does where the rope does not pull along it.
+            past = not s * (n[1] - m[1]) - c * (m[0] - n[0]) > 1e-6
     wrap = theta - angle_at(n, kind != ONE_JOINT)
     if kind == ONE_JOINT and route[SNUG, 0] == 1.0:
         wrap = max(wrap, 0.0)

@@ -277,8 +277,8 @@ STEPS = 12
 
 
 @kernel()
-def room_beside(route: Any, flat: Any) -> tuple[float, float]:
-    """Enclose (h - r) |X - C| - lead_in x: >= 0 where the rope runs past a pulley in balance, two joints."""
+def must_touch(route: Any, flat: Any) -> bool:
+    """Return True where no arm lets the rope pass: (h - r) |X - C| < lead_in x for all points."""
     lo, hi = add(flat[1, 0], flat[1, 1], route[LEAD_IN, 0], route[LEAD_IN, 1])
     lo, hi = sqr(lo, hi)
     alo, ahi = sqr(flat[0, 0], flat[0, 1])
@@ -290,18 +290,17 @@ def room_beside(route: Any, flat: Any) -> tuple[float, float]:
         alo, ahi = 0.0, 0.0
     lo, hi = mul(alo, ahi, lo, hi)
     alo, ahi = mul(route[LEAD_IN, 0], route[LEAD_IN, 1], flat[0, 0], flat[0, 1])
-    return sub(lo, hi, alo, ahi)
+    return hi < alo
 
 
 @kernel()
 def balanced_arm(route: Any, flat: Any, arm: Any, parts: Any) -> bool:
     """Write the arm (2, 2) in exact balance for all points ``flat`` (2, 2); False where none is proved.
 
-    Interval Newton in w = tan(delta / 2), with legs that touch the pulley for every arm in the range. Where
-    the rope cannot run past the pulley only one balance has a pull along the arm. ``parts`` is scratch.
+    Interval Newton in w = tan(delta / 2), with legs that touch the pulley for every arm in the range. Only
+    one balance has the rope on the pulley and a pull along the arm. ``parts`` (8, 2) is scratch.
     """
-    if not room_beside(route, flat)[1] < 0.0:
-        return False
+    touches = must_touch(route, flat)
     here = np.empty((2, 2))
     for j in range(2):
         here[j, 0] = mid(flat[j, 0], flat[j, 1])
@@ -336,7 +335,7 @@ def balanced_arm(route: Any, flat: Any, arm: Any, parts: Any) -> bool:
         dlo, dhi = add(1.0, 1.0, dlo, dhi)
         dlo, dhi = div(2.0, 2.0, dlo, dhi)
         klo, khi = mul(klo, khi, dlo, dhi)
-        if not (klo > 0.0 and pull > 0.0):
+        if not (klo > 0.0 and pull > 0.0 and (touches or parts[2, 0] > 0.0)):
             return False
         lo, hi = div(slo, shi, klo, khi)
         lo, hi = sub(w, w, lo, hi)
@@ -443,25 +442,21 @@ def way_over(route: Any, box: Any, way: Any) -> bool:
     plane_of(route, box, flat, u)
     way[ACROSS, 0], way[ACROSS, 1] = flat[0, 0], flat[0, 1]
     way[TILT : TILT + 2] = 0.0
-    past = route[KIND, 0] == BALANCED and room_beside(route, flat)[0] >= 0.0
-    if past:
-        past_way(route, flat, parts, way[SWING : SWING + 2])
-    elif not arm_of(route, flat, arm, parts):
+    if not arm_of(route, flat, arm, parts):
         unknown_way(route, box, way)
         return True
-    elif not held_way(route, flat, arm, parts):
+    if not held_way(route, flat, arm, parts):
         return False
-    else:
-        swing(route, flat, arm, parts, way[SWING : SWING + 2])
-        if route[KIND, 0] == BISECTED:
-            # The slope by the arm's angle, times how the bisector turns.
-            slo, shi, _, _, _ = arm_forces(route, arm, parts)
-            turn = np.empty((2, 2))
-            half_turn(flat, turn)
-            for j in range(2):
-                way[TILT + j, 0], way[TILT + j, 1] = mul(slo, shi, turn[j, 0], turn[j, 1])
-        if not parts[2, 0] >= 0.0:
-            lift(route, flat, parts, way)
+    swing(route, flat, arm, parts, way[SWING : SWING + 2])
+    if route[KIND, 0] == BISECTED:
+        # The slope by the arm's angle, times how the bisector turns.
+        slo, shi, _, _, _ = arm_forces(route, arm, parts)
+        turn = np.empty((2, 2))
+        half_turn(flat, turn)
+        for j in range(2):
+            way[TILT + j, 0], way[TILT + j, 1] = mul(slo, shi, turn[j, 0], turn[j, 1])
+    if not parts[2, 0] >= 0.0:
+        lift(route, flat, parts, way)
     way[LENGTH], way[FREE], way[WRAP] = parts[0], parts[1], parts[2]
     way[NORMAL], way[NORMAL + 1] = parts[3], parts[4]
     along = np.empty((2, 2))
