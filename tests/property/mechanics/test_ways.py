@@ -145,7 +145,7 @@ def test_a_way_over_a_box_holds_the_paths_to_its_points(kind: tuple[int, str] | 
 
 @pytest.mark.parametrize("kind", KINDS, ids=str)
 def test_boxes_where_contact_ends_and_angles_are_cut(kind: tuple[int, str]) -> None:
-    """Long arms and a winch close by: the rope leaves the pulley, or its normal turns past where it is cut."""
+    """Long arms and a winch close by: the rope leaves the pulley, or its normal turns past its cut."""
     rng, seen, steps = Random(21), 0, 0
     joints, balance = kind
     for _ in range(300):
