@@ -18,7 +18,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from cdpr_interval.engine.budget import Budget
 from cdpr_interval.errors import InputError
 from cdpr_interval.exact.enclosure import Bounds, length_bounds
 from cdpr_interval.mechanics.loaded import NO_FORCE, loaded
@@ -36,7 +35,7 @@ from solvers.point_mass.over_choices import find_over_choices
 from solvers.point_mass.routed.data import RoutedMass, routed_mass
 from solvers.point_mass.routed.forward import NO_POSE
 from solvers.point_mass.routed.over_ranges import find_all
-from solvers.point_mass.routed.pose import MOST_CELLS
+from solvers.point_mass.routed.pose import Effort
 from solvers.point_mass.routed.pose import quick_pose as routed_pose
 from solvers.point_mass.trap import trap
 from solvers.questions.checked import require_treated
@@ -46,6 +45,7 @@ from solvers.questions.lengths import read_lengths
 from solvers.questions.problem import Problem
 from solvers.questions.quick import checked, force_key, quick_bounds
 
+ON_CIRCLE = "the mass hangs on one pulley's cable alone, anywhere on a circle"
 UNFINISHED = "the search for further poses took more cells than a call may"
 
 
@@ -340,13 +340,13 @@ def routed_answer(mass: RoutedMass, lengths: Bounds) -> PointMassPose:
     status, bounds, states = routed_pose(mass, lengths)
     if status == DECIDED and not (states == OPEN).any():
         return PointMassPose(PoseStatus.PROVED, bounds, states)
-    found = find_all(mass, lengths, Budget(None, MOST_CELLS))
+    found = find_all(mass, lengths, Effort.of(None, None))
     names = mass.robot.cable_names
-    if found.complete and len(found.poses) == 1:
+    if found.complete and len(found.poses) == 1 and not found.families:
         return _pose(found.poses[0], names)
     if found.complete and not found.poses:
         return PointMassPose(PoseStatus.NO_POSE, *_nothing(len(names), np.nan), NO_POSE)
-    several = f"{len(found.poses)} static poses are proved"
+    several = ON_CIRCLE if found.families else f"{len(found.poses)} static poses are proved"
     reason = several if found.complete else found.regions[0].reason if found.regions else UNFINISHED
     return PointMassPose(PoseStatus.UNPROVED, *_nothing(len(names), np.inf), reason)
 

@@ -12,12 +12,12 @@ searched.
 
 A cell is a row ``x lo, x hi, y lo, y hi, z lo, z hi, share``.
 
-Arrays: ``context`` is ``(data, outward, taut, known, smallest)``: ``data`` a
+Arrays: ``context`` is ``(data, outward, taut, known, alone, smallest)``: ``data`` a
 `solvers.point_mass.routed.data.Routed` of N cables; ``outward`` is true where a pose as above is proved;
 ``known`` (3 + m, 2) is the domain of a proved zero of the equations with the m inextensible cables ``taut``
-(m,), ascending; ``smallest`` the smallest width of a cell. ``box`` (3, 2); ``ways`` (N, WAY, 2);
-``gradients`` (N, 3, 2); ``tension`` (N, 2), of a cable that may be taut without a bound (0, inf); ``y`` (3,)
-a direction.
+(m,), ascending; ``alone`` is the cable whose poses alone are known, -1 without one; ``smallest`` the smallest
+width of a cell. ``box`` (3, 2); ``ways`` (N, WAY, 2); ``gradients`` (N, 3, 2); ``tension`` (N, 2), of a cable
+that may be taut without a bound (0, inf); ``y`` (3,) a direction.
 """
 
 from __future__ import annotations
@@ -248,6 +248,15 @@ def impossible(data: Any, ways: Any, tension: Any) -> bool:
 
 
 @kernel()
+def only_this(tension: Any, alone: int) -> bool:
+    """Return True when no cable but one has a tension (N, 2) above zero."""
+    for i in range(tension.shape[0]):  # noqa: SIM110 - numba compiles no generator expressions
+        if i != alone and tension[i, 1] > 0.0:
+            return False
+    return True
+
+
+@kernel()
 def is_the_known(data: Any, ways: Any, tension: Any, taut: Any, known: Any) -> bool:
     """Prove that every pose in a box with these ways is a zero of the known equations in their domain.
 
@@ -324,7 +333,7 @@ def balance_across_pairs(load: Any, ways: Any, tension: Any) -> None:
 @entry()
 def process(context: Any, cell: Any, children: Any) -> int:
     """Decide one cell, see `cdpr_interval.engine.depth_first`."""
-    data, outward, taut, known, smallest = context
+    data, outward, taut, known, alone, smallest = context
     routes = data[0]
     count = routes.shape[0]
     box = np.empty((3, 2))
@@ -348,6 +357,8 @@ def process(context: Any, cell: Any, children: Any) -> int:
         gradient_over(routes[i], ways[i], gradient)
         sharpened_length(routes[i], box, ways[i], gradient, at_middle)
     if impossible(data, ways, tension):
+        return 0
+    if alone >= 0 and only_this(tension, alone):
         return 0
     if contains(known, box, 3) and is_the_known(data, ways, tension, taut, known):
         return 0

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from cdpr_interval.exact.enclosure import Bounds, enclose
 from cdpr_interval.exact.range import Range, as_range
+from cdpr_interval.exact.vector import Vector
 from cdpr_interval.mechanics.cables.route_rows import route_rows
 from cdpr_interval.mechanics.loaded import MOST_KEPT, LoadedRobot
 from cdpr_interval.robots.cable_robot import Robot
@@ -42,6 +43,11 @@ class RoutedMass:
     """(3, 2) in units of force."""
     frame: Bounds
     """(9, 2), see `solvers.point_mass.fields.report`."""
+
+    load_exact: Vector
+    """N, of the middle robot."""
+    exact: bool
+    """No number is a range."""
 
     @property
     def unit(self) -> float:
@@ -86,6 +92,8 @@ def routed_mass(loaded: LoadedRobot) -> RoutedMass:
         frame_rows(
             origin, exact_point(robot.platform.centre_of_mass), exact_point(robot.gravity), unit, force_unit
         ),
+        loaded.middle.load,
+        loaded.is_exact,
     )
 
 

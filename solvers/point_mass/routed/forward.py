@@ -9,12 +9,12 @@ from cdpr_interval.engine.budget import Budget
 from cdpr_interval.engine.search import Report
 from cdpr_interval.exact.enclosure import length_bounds
 from cdpr_interval.mechanics.stability import Stability
-from solvers.answers.data import Answer, Outcome, Proof, Solution, StopReason, SubsetReport, Undecided
+from solvers.answers.data import Answer, Family, Outcome, Proof, Solution, StopReason, SubsetReport, Undecided
 from solvers.point_mass.answer import MOST_ROWS, subset_count, subsets
 from solvers.point_mass.entry import IDENTITY, Fields, solution
 from solvers.point_mass.routed.data import routed_mass
 from solvers.point_mass.routed.over_ranges import find_all
-from solvers.point_mass.routed.pose import Found
+from solvers.point_mass.routed.pose import Effort, Found
 from solvers.point_mass.scope import most_taut
 from solvers.questions.checked import require_treated
 from solvers.questions.problem import Method, Options, Problem, Progress
@@ -36,15 +36,10 @@ def solve_routed(problem: Problem, options: Options) -> Answer:
     That of `solvers.classes.RobotClass.forward`.
     """
     require_treated(problem.robot, _refused(options))
-    budget = Budget(options.time_limit, options.cell_limit)
-    with budget.listening():
-        found = find_all(
-            routed_mass(problem.loaded),
-            length_bounds(problem.lengths),
-            budget,
-            options.threads,
-            _report(options, budget),
-        )
+    effort = Effort.of(options.time_limit, options.cell_limit)
+    effort = replace(effort, threads=options.threads, report=_report(options, effort.budget))
+    with effort.budget.listening():
+        found = find_all(routed_mass(problem.loaded), length_bounds(problem.lengths), effort)
     return _answer(problem, found)
 
 
@@ -69,12 +64,13 @@ def _report(options: Options, budget: Budget) -> Report | None:
 
 def _answer(problem: Problem, found: Found) -> Answer:
     asked = problem.taut
+    families = found.families + (None,) * (len(found.poses) - len(found.families))
     kept = [
-        (fields, stability)
-        for fields, stability in zip(found.poses, found.stability, strict=True)
+        (fields, stability, family)
+        for fields, stability, family in zip(found.poses, found.stability, families, strict=True)
         if asked is None or set(fields.taut) <= set(asked) <= set(fields.not_slack)
     ]
-    entries = tuple(_entry(fields, stability, found.by_convexity) for fields, stability in kept)
+    entries = tuple(_entry(*one, found.by_convexity) for one in kept)
     everything = tuple(range(len(problem.robot.cables)))
     regions = tuple(
         Undecided(asked or everything, 1, region.reason, region.position, IDENTITY, (0, 1))
@@ -87,16 +83,17 @@ def _answer(problem: Problem, found: Found) -> Answer:
         entries,
         regions,
         pending=found.pending,
-        subsets=_rows(problem, found, [fields for fields, _ in kept]),
+        subsets=_rows(problem, found, [fields for fields, _, _ in kept]),
         stop_reason=StopReason(found.stop.value) if found.pending else StopReason.EXHAUSTED,
         cells=found.cells,
         message=message,
     )
 
 
-def _entry(fields: Fields, stability: Stability, by_convexity: bool) -> Solution:
-    proof = Proof.CONVEXITY if by_convexity else Proof.INTERVAL_NEWTON
-    return replace(solution(fields, None if fields.is_open else True, proof), stability=stability)
+def _entry(fields: Fields, stability: Stability, family: Family | None, by_convexity: bool) -> Solution:
+    proof = Proof.CONVEXITY if by_convexity else Proof.INTERVAL_NEWTON if family is None else Proof.FAMILY
+    entry = solution(fields, None if fields.is_open else True, proof)
+    return replace(entry, stability=stability, family=family)
 
 
 def _rows(problem: Problem, found: Found, kept: list[Fields]) -> tuple[SubsetReport, ...]:

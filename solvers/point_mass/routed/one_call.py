@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from cdpr_interval.kernels.interval import add, div, mul
+from cdpr_interval.kernels.interval import add, div, mul, sqr, sqrt
 from cdpr_interval.kernels.kernel import entry, kernel
 from cdpr_interval.mechanics.cables.ways import LENGTH, WAY
 from solvers.point_mass.cell_rows import WIDTH
@@ -117,12 +117,47 @@ def is_outward(data: Any, box: Any) -> bool:
 @kernel()
 def only_one(data: Any, taut: Any, box: Any, domain: Any) -> bool:
     """Prove that the pose in a box (3 + m, 2), alone in its domain, with m taut cables, is the only one."""
-    context = (data, leaves_outward(data, box), taut, domain, SMALLEST)
+    context = (data, leaves_outward(data, box), taut, domain, -1, SMALLEST)
     stack, leaves = np.empty((QUICK_ROWS, WIDTH)), np.empty((1, WIDTH))
     kinds, children = np.empty(1, dtype=np.int64), np.empty((4, WIDTH))
     count = first_cells(data, context[1], stack)
     count, found, _ = run_cells(context, stack, count, leaves, kinds, children, QUICK_CELLS)
     return count == 0 and found == 0
+
+
+@entry()
+def ways_at(data: Any, box: Any, distance: Any) -> bool:
+    """Write the lengths of ways (N, 2) over a box (3, 2)."""
+    count = data[1].shape[0]
+    ways, gradients = np.empty((count, WAY, 2)), np.empty((count, 3, 2))
+    if not survey(data, box, ways, gradients):
+        return False
+    for i in range(count):
+        distance[i, 0], distance[i, 1] = ways[i, LENGTH, 0], ways[i, LENGTH, 1]
+    return True
+
+
+@entry()
+def slack_around(data: Any, box: Any, cable: int, distance: Any) -> bool:
+    """Return True when all cables but one are slack on a box (3, 2); lengths of ways (N, 2) are written."""
+    if not ways_at(data, box, distance):
+        return False
+    for i in range(distance.shape[0]):  # noqa: SIM110 - numba compiles no generator expressions
+        if i != cable and not distance[i, 1] < data[2][i, 0]:
+            return False
+    return True
+
+
+@entry()
+def strength(data: Any) -> Any:
+    """Enclose the load's size, (2,)."""
+    found = np.empty(2)
+    slo, shi = 0.0, 0.0
+    for j in range(3):
+        lo, hi = sqr(data[4][j, 0], data[4][j, 1])
+        slo, shi = add(slo, shi, lo, hi)
+    found[0], found[1] = sqrt(slo, shi)
+    return found
 
 
 @entry()

@@ -4,33 +4,26 @@ from __future__ import annotations
 
 import numpy as np
 
-from cdpr_interval.engine.budget import Budget
-from cdpr_interval.engine.search import Report
 from cdpr_interval.exact.enclosure import Bounds
 from cdpr_interval.mechanics.stability import Stability
 from solvers.point_mass.arrays import is_range
 from solvers.point_mass.entry import Fields, hull, unpacked
 from solvers.point_mass.one_call import DECIDED
 from solvers.point_mass.routed.data import RoutedMass
-from solvers.point_mass.routed.pose import Found, find_poses, noted, quick_pose
+from solvers.point_mass.routed.pose import Effort, Found, find_poses, noted, quick_pose
 
 PIECES = 64
 """Most parts that ranges of lengths are cut into: some ten milliseconds."""
 
 
-def find_all(
-    mass: RoutedMass, lengths: Bounds, budget: Budget, threads: int = 1, report: Report | None = None
-) -> Found:
+def find_all(mass: RoutedMass, lengths: Bounds, effort: Effort) -> Found:
     """Find every static pose for all lengths (N, 2) in m; guarantee as `find_poses`.
 
     Over ranges of lengths whose parts have one pose each, the pose moves from part to part without a jump.
     """
-    whole = find_poses(mass, lengths, budget, threads, report) if not is_range(lengths) else None
-    if whole is not None:
-        return whole
-    parts = _parts(mass, lengths)
+    parts = _parts(mass, lengths) if is_range(lengths) else None
     if parts is None:
-        return find_poses(mass, lengths, budget, threads, report)
+        return find_poses(mass, lengths, effort)
     return Found((noted(hull(parts), mass),), (Stability.STABLE,))
 
 

@@ -12,13 +12,15 @@ from cdpr_interval.engine.budget import Budget, Stop
 from cdpr_interval.engine.search import Report, Run, search
 from cdpr_interval.exact.enclosure import Bounds
 from cdpr_interval.mechanics.stability import Stability
+from solvers.answers.data import Family
 from solvers.point_mass.cell_rows import WIDTH
 from solvers.point_mass.convex import Unproved
 from solvers.point_mass.entry import Fields, unpacked
-from solvers.point_mass.fields import OPEN, SLACK
+from solvers.point_mass.fields import OPEN, SLACK, TAUT
 from solvers.point_mass.one_call import DECIDED, anywhere
 from solvers.point_mass.routed.balance import prove_balance
 from solvers.point_mass.routed.cells import first_cells, run_cells
+from solvers.point_mass.routed.circle import Circle, circle_of
 from solvers.point_mass.routed.data import Routed, RoutedMass
 from solvers.point_mass.routed.guess import guess
 from solvers.point_mass.routed.one_call import (
@@ -29,6 +31,9 @@ from solvers.point_mass.routed.one_call import (
     fill,
     is_outward,
     routed_pose,
+    slack_around,
+    strength,
+    ways_at,
 )
 from solvers.point_mass.routed.tied import prove_tied, tied_tensions
 
@@ -39,11 +44,30 @@ FINEST = 1e-7
 """In the kernels' units: smaller cells are left undecided."""
 WIDTHS = tuple(0.25 * 0.5**i for i in range(20))
 """In the kernels' units: radii of domains of uniqueness that are tried."""
-MOST_CELLS = 200_000
-"""Of the searches for one question, unless it sets a limit: seconds."""
+MOST_CELLS = 100_000
+"""Of the searches for one question, unless it sets a limit: ten seconds."""
 NEAR = "between cells that are not excluded a pose may lie: next to a pulley, or one too close to another"
 TIGHT = "cables {} tight up to rounding, tensions may not be unique"
 OPEN_STATE = "whether {} taut is not decided"
+
+
+Families = tuple[Family | None, ...]
+
+
+@dataclass(frozen=True)
+class Effort:
+    """What a search may spend, and whom it tells."""
+
+    budget: Budget
+    threads: int = 1
+    report: Report | None = None
+    own_limit: bool = False
+    """The budget's cells are no limit of the question's: what is left over is undecided."""
+
+    @staticmethod
+    def of(time_limit: float | None, cell_limit: int | None) -> Effort:
+        """Return the effort for a question with these limits, or without."""
+        return Effort(Budget(time_limit, cell_limit or MOST_CELLS), own_limit=cell_limit is None)
 
 
 @dataclass(frozen=True)
@@ -59,6 +83,8 @@ class Found:
     stop: Stop = Stop.EXHAUSTED
     by_convexity: bool = True
     """The only pose is one by convexity."""
+    families: Families = ()
+    """Of each pose; shorter than these where none has one."""
 
     @property
     def complete(self) -> bool:
@@ -93,21 +119,29 @@ class _Hunt:
     budget: Budget
     threads: int
     report: Report | None
+    own_limit: bool = False
+    """The limit of cells is this room's, not the question's."""
     cells: int = 0
     pending: int = 0
+    rest: NDArray[np.float64] = field(default_factory=lambda: np.empty((0, WIDTH)))
+    """The cells that are pending."""
     stop: Stop = Stop.EXHAUSTED
     poses: list[Fields] = field(default_factory=list)
     stability: list[Stability] = field(default_factory=list)
     regions: list[Bounds] = field(default_factory=list)
 
-    def run(self, outward: bool, taut: States, known: Bounds) -> None:
-        """Look at everything that may hold a pose, finer and finer."""
+    def run(self, first: tuple[Any, ...]) -> None:
+        """Look at everything that may hold a pose, finer and finer.
+
+        ``first`` are the context's entries after the data, see `solvers.point_mass.routed.cells`.
+        """
         stack = np.empty((max(64, len(self.mass.routes)), WIDTH))
-        cells = stack[: first_cells(self.data, outward, stack)]
+        cells = stack[: first_cells(self.data, first[0], stack)]
         smallest = SMALLEST
         while len(cells):
-            leaves = self._search(cells, (outward, taut, known), smallest)
+            leaves = self._search(cells, first, smallest)
             if self.pending:
+                self._give_up()
                 return
             smallest *= FINER
             cells = np.empty((0, WIDTH))
@@ -119,6 +153,12 @@ class _Hunt:
                 else:
                     cells = np.concatenate([cells, cluster])
 
+    def _give_up(self) -> None:
+        """Keep what is pending as regions, unless the question has set the limit."""
+        if self.own_limit and self.stop is Stop.CELL_LIMIT:
+            self.regions += [_hull(cluster) for cluster in _clusters(self.rest)]
+            self.pending, self.stop = 0, Stop.EXHAUSTED
+
     def _search(self, cells: NDArray[np.float64], first: tuple[Any, ...], smallest: float) -> Bounds:
         context = (self.data, *first, smallest)
 
@@ -129,6 +169,7 @@ class _Hunt:
 
         found = search(make_run, cells, self.budget, threads=self.threads, report=self.report)
         self.cells += found.cells
+        self.rest = found.pending
         self.pending, self.stop = len(found.pending), found.stop
         return found.leaves
 
@@ -160,22 +201,21 @@ def _hull(cells: NDArray[np.float64]) -> Bounds:
     return np.ascontiguousarray(np.stack([lo, hi], axis=1))
 
 
-def _touch(a: NDArray[np.float64], b: NDArray[np.float64]) -> bool:
-    return bool((a[0:6:2] <= b[1:6:2]).all() and (b[0:6:2] <= a[1:6:2]).all())
-
-
 def _clusters(cells: NDArray[np.float64]) -> list[NDArray[np.float64]]:
     """Return cells that touch each other together."""
-    left = list(range(len(cells)))
-    found = []
-    while left:
-        group, front = [left[0]], [left.pop(0)]
+    low, high = cells[:, 0:6:2], cells[:, 1:6:2]
+    left, found = np.ones(len(cells), dtype=np.bool_), []
+    for start in range(len(cells)):
+        if not left[start]:
+            continue
+        group, front = [start], [start]
+        left[start] = False
         while front:
-            here = cells[front.pop()]
-            near = [i for i in left if _touch(cells[i], here)]
-            left = [i for i in left if i not in set(near)]
-            group += near
-            front += near
+            here = front.pop()
+            near = np.flatnonzero(left & (low <= high[here]).all(axis=1) & (low[here] <= high).all(axis=1))
+            left[near] = False
+            group += near.tolist()
+            front += near.tolist()
         found.append(cells[group])
     return found
 
@@ -217,27 +257,62 @@ def data_for(mass: RoutedMass, lengths: Bounds) -> Routed:
     return found
 
 
-def find_poses(
-    mass: RoutedMass, lengths: Bounds, budget: Budget, threads: int = 1, report: Report | None = None
-) -> Found:
+def find_poses(mass: RoutedMass, lengths: Bounds, effort: Effort) -> Found:
     """Find every static pose of a robot for all lengths (N, 2) in m.
 
-    Guarantee --------- For every choice of data in their ranges there is exactly one static pose in each of
-    ``poses``, their fields enclose it, and every further one lies in a region or in what is pending.
+    Guarantee
+    ---------
+    For every choice of data in their ranges there is exactly one static pose in each of ``poses`` (or one
+    family), their fields enclose it, and every further one lies in a region or in what is pending.
     """
     status, bounds, states = quick_pose(mass, lengths)
     if status == DECIDED:
         return Found((noted(unpacked(bounds, states), mass),), (Stability.STABLE,))
     data = data_for(mass, lengths)
+    hunt = _Hunt(mass, data, effort.budget, effort.threads, effort.report, effort.own_limit)
+    circle = _circle(mass, data) if status != AMONG_OTHERS else None
+    if circle is not None:
+        return _on_circle(hunt, circle)
     first, outward, taut, known = _first(mass, data, status == AMONG_OTHERS)
-    hunt = _Hunt(mass, data, budget, threads, report)
-    hunt.run(outward, taut, known)
+    hunt.run((outward, taut, known, -1))
     poses = ([first] if first is not None else []) + hunt.poses
     stability = ([Stability.STABLE if outward else Stability.UNDECIDED] if first is not None else []) + (
         hunt.stability
     )
-    regions = tuple(Unproved(NEAR, _in_metres(mass, region)) for region in hunt.regions)
-    return Found(tuple(poses), tuple(stability), regions, hunt.pending, hunt.cells, hunt.stop, False)
+    return _found(hunt, poses, stability)
+
+
+def _found(hunt: _Hunt, poses: list[Fields], stability: list[Stability], families: Families = ()) -> Found:
+    regions = tuple(Unproved(NEAR, _in_metres(hunt.mass, region)) for region in hunt.regions)
+    return Found(
+        tuple(poses), tuple(stability), regions, hunt.pending, hunt.cells, hunt.stop, False, families
+    )
+
+
+def _circle(mass: RoutedMass, data: Routed) -> Circle | None:
+    """Return the circle of poses on one cable where all others are slack."""
+    if not mass.exact:
+        return None
+    distance = np.empty((len(mass.elastic), 2))
+    for cable in range(len(mass.elastic)):
+        circle = circle_of(mass, data, cable, mass.load_exact)
+        if circle is not None and slack_around(data, circle.around, cable, distance):
+            return circle
+    return None
+
+
+def _on_circle(hunt: _Hunt, circle: Circle) -> Found:
+    """Return the family on a circle, and whatever else there is."""
+    mass, data = hunt.mass, hunt.data
+    count = len(mass.elastic)
+    states, tension, distance = np.zeros(count, dtype=np.int64), np.zeros((count, 2)), np.empty((count, 2))
+    nowhere, none = np.column_stack([np.full(3, np.inf), np.full(3, -np.inf)]), np.empty(0, dtype=np.int64)
+    hunt.run((True, none, nowhere, circle.cable))
+    ways_at(data, circle.listed, distance)
+    states[circle.cable] = TAUT
+    tension[circle.cable] = strength(data)
+    fields = _filled(mass, circle.listed, tension, distance, states)
+    return _found(hunt, [fields, *hunt.poses], [Stability.STABLE, *hunt.stability], (circle.family,))
 
 
 def _first(mass: RoutedMass, data: Routed, proved: bool) -> tuple[Fields | None, bool, States, Bounds]:
