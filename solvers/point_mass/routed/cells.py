@@ -123,12 +123,18 @@ def hangs_loose(route: Any, length: Any, box: Any) -> bool:
 
 
 @kernel()
+def is_beyond(data: Any, i: int, box: Any, way: Any) -> bool:
+    """Return what `all_beyond` does of one cable with this way (WAY, 2)."""
+    route = data[0][i]
+    loose = route[KIND, 0] != BISECTED and hangs_loose(route, data[2][i], box)
+    return loose or beyond(route, way)
+
+
+@kernel()
 def all_beyond(data: Any, box: Any, ways: Any) -> bool:
     """Return True when every cable is straight, leaves outward or hangs loose on the whole box."""
-    routes, _, lengths, _, _ = data
-    for i in range(routes.shape[0]):
-        loose = routes[i, KIND, 0] != BISECTED and hangs_loose(routes[i], lengths[i], box)
-        if not loose and not beyond(routes[i], ways[i]):
+    for i in range(ways.shape[0]):  # noqa: SIM110 - numba compiles no generator expressions
+        if not is_beyond(data, i, box, ways[i]):
             return False
     return True
 
@@ -457,9 +463,9 @@ def across(e: Any, route: Any, box: Any) -> float:
 def under_exits(data: Any, box: Any) -> bool:
     """Contract a box (3, 2) to where cables can hold the load; False where they can nowhere.
 
-    With e along the load: a pose lies below some tangent point, else all cables pull down. Lower below all of
-    them than it is aside of any, every cable bears at most sqrt(2) times the load, and reaches no farther
-    than stretched by that.
+    With e along the load, against which no load in its ranges may pull: a pose lies below some tangent point,
+    else all cables pull down. Lower below all of them than it is aside of any, every cable bears at most
+    sqrt(2) times the load, and reaches no farther than stretched by that.
     """
     routes, _, lengths, k, load = data
     count = routes.shape[0]
@@ -471,6 +477,11 @@ def under_exits(data: Any, box: Any) -> bool:
     for j in range(3):
         e[j] /= size
     top, bottom, aside, reached = math.inf, -math.inf, 0.0, math.inf
+    down_load = 0.0
+    for j in range(3):
+        down_load = down(down_load + mul(e[j], e[j], load[j, 0], load[j, 1])[0])
+    if not down_load > 0.0:
+        return True
     for i in range(count):
         own = up(1.001 * up(routes[i, ARM, 1] + routes[i, RADIUS, 1]))
         alo, ahi = 0.0, 0.0

@@ -16,8 +16,8 @@ from cdpr_interval.mechanics.cables.ways import LENGTH, WAY
 from solvers.point_mass.cell_rows import WIDTH
 from solvers.point_mass.fields import OPEN, SLACK, TAUT
 from solvers.point_mass.one_call import DECIDED, UNCLEAR, anywhere
-from solvers.point_mass.routed.balance import prove_balance, pull, survey
-from solvers.point_mass.routed.cells import all_beyond, first_cells, run_cells
+from solvers.point_mass.routed.balance import off_pulleys, prove_balance, pull, survey
+from solvers.point_mass.routed.cells import all_beyond, first_cells, is_beyond, run_cells
 from solvers.point_mass.routed.guess import guess
 
 AMONG_OTHERS = 3
@@ -49,12 +49,13 @@ def springs_of(elastic: Any, constant: Any, given: Any, lengths: Any) -> Any:
 def classify(data: Any, taut: Any, m: int, box: Any, states: Any, tension: Any, distance: Any) -> bool:
     """Decide the states (N,) of cables at a zero (3 + m, 2), with tensions and lengths of ways (N, 2).
 
-    False: an inextensible cable that is to carry may not, or one that is to be slack may be too short.
+    False: an inextensible cable that is to carry may not, one that is to be slack may be too short, or the
+    zero may lie inside the pulley of a slack cable.
     """
     _, elastic, lengths, _, _ = data
     count = states.shape[0]
     ways, gradients = np.empty((count, WAY, 2)), np.empty((count, 3, 2))
-    if not survey(data, box, ways, gradients):
+    if not survey(data, box, ways, gradients) or not off_pulleys(data, ways):
         return False
     held = True
     for i in range(count):
@@ -112,6 +113,19 @@ def leaves_outward(data: Any, box: Any) -> bool:
 def is_outward(data: Any, box: Any) -> bool:
     """Return what `leaves_outward` does."""
     return leaves_outward(data, box)
+
+
+@entry()
+def others_outward(data: Any, box: Any, cable: int) -> bool:
+    """Return what `leaves_outward` does of all cables but one."""
+    count = data[1].shape[0]
+    ways, gradients = np.empty((count, WAY, 2)), np.empty((count, 3, 2))
+    if not survey(data, box, ways, gradients):
+        return False
+    for i in range(count):  # noqa: SIM110 - numba compiles no generator expressions
+        if i != cable and not is_beyond(data, i, box, ways[i]):
+            return False
+    return True
 
 
 @kernel()

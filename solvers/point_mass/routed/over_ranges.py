@@ -10,7 +10,15 @@ from solvers.point_mass.arrays import is_range
 from solvers.point_mass.entry import Fields, hull, unpacked
 from solvers.point_mass.one_call import DECIDED
 from solvers.point_mass.routed.data import RoutedMass
-from solvers.point_mass.routed.pose import Effort, Found, find_poses, noted, quick_pose
+from solvers.point_mass.routed.pose import (
+    Effort,
+    Found,
+    data_for,
+    find_poses,
+    hangs_outward,
+    noted,
+    quick_pose,
+)
 
 PIECES = 64
 """Most parts that ranges of lengths are cut into: some ten milliseconds."""
@@ -24,19 +32,22 @@ def find_all(mass: RoutedMass, lengths: Bounds, effort: Effort) -> Found:
     parts = _parts(mass, lengths) if is_range(lengths) else None
     if parts is None:
         return find_poses(mass, lengths, effort)
-    return Found((noted(hull(parts), mass),), (Stability.STABLE,))
+    outward = all(hangs_outward(mass, data_for(mass, piece), fields.position) for piece, fields in parts)
+    stability = Stability.STABLE if outward else Stability.UNDECIDED
+    whole = noted(hull([fields for _, fields in parts]), mass)
+    return Found((whole,), (stability,), by_convexity=outward)
 
 
-def _parts(mass: RoutedMass, lengths: Bounds) -> list[Fields] | None:
-    """Return the only pose of each part of the ranges; None where a part is not proved."""
-    todo, found = [lengths], list[Fields]()
+def _parts(mass: RoutedMass, lengths: Bounds) -> list[tuple[Bounds, Fields]] | None:
+    """Return the parts of the ranges, each with its only pose; None where a part is not proved."""
+    todo, found = [lengths], list[tuple[Bounds, Fields]]()
     used = 0
     while todo:
         piece = todo.pop()
         status, bounds, states = quick_pose(mass, piece)
         used += 1
         if status == DECIDED:
-            found.append(unpacked(bounds, states))
+            found.append((piece, unpacked(bounds, states)))
             continue
         width = piece[:, 1] - piece[:, 0]
         cut = int(width.argmax())

@@ -30,6 +30,7 @@ from solvers.point_mass.routed.one_call import (
     data_of,
     fill,
     is_outward,
+    others_outward,
     routed_pose,
     slack_around,
     strength,
@@ -110,6 +111,20 @@ def quick_pose(mass: RoutedMass, lengths: Bounds) -> tuple[int, Bounds, States]:
     return status, bounds, states
 
 
+@dataclass(frozen=True, eq=False)
+class _Zero:
+    """A zero of the equations as far as positions tell, in the kernels' units."""
+
+    box: Bounds
+    """(3, 2)"""
+    domain: Bounds
+    """(3, 2), in which it is the only one."""
+
+    def is_same(self, other: _Zero) -> bool:
+        """Return True when both are proved to be one."""
+        return _contains(self.domain, other.box) or _contains(other.domain, self.box)
+
+
 @dataclass
 class _Hunt:
     """The search for poses in what no proof covers."""
@@ -129,6 +144,8 @@ class _Hunt:
     poses: list[Fields] = field(default_factory=list)
     stability: list[Stability] = field(default_factory=list)
     regions: list[Bounds] = field(default_factory=list)
+    zeros: list[_Zero] = field(default_factory=list)
+    """Of the poses that are proved, `first` included."""
 
     def run(self, first: tuple[Any, ...]) -> None:
         """Look at everything that may hold a pose, finer and finer.
@@ -141,7 +158,7 @@ class _Hunt:
         while len(cells):
             leaves = self._search(cells, first, smallest)
             if self.pending:
-                self._give_up()
+                self._give_up(np.concatenate([self.rest, leaves]))
                 return
             smallest *= FINER
             cells = np.empty((0, WIDTH))
@@ -153,10 +170,11 @@ class _Hunt:
                 else:
                     cells = np.concatenate([cells, cluster])
 
-    def _give_up(self) -> None:
-        """Keep what is pending as regions, unless the question has set the limit."""
+    def _give_up(self, left: NDArray[np.float64]) -> None:
+        """Keep the cells that are left as regions, unless the question has set the limit."""
+        self.pending = len(left)
         if self.own_limit and self.stop is Stop.CELL_LIMIT:
-            self.regions += [_hull(cluster) for cluster in _clusters(self.rest)]
+            self.regions += [_hull(cluster) for cluster in _clusters(left) if not self._proved(cluster)]
             self.pending, self.stop = 0, Stop.EXHAUSTED
 
     def _search(self, cells: NDArray[np.float64], first: tuple[Any, ...], smallest: float) -> Bounds:
@@ -182,18 +200,28 @@ class _Hunt:
         taut = np.empty(1, dtype=np.int64)
         if not prove_balance(self.data, taut, x, cover, box, domain):
             return False
+        zero = _Zero(box, domain)
+        if any(zero.is_same(other) for other in self.zeros):
+            return True
         fields = fields_at(self.mass, self.data, taut[:0], box)
-        if fields is None:
+        if fields is None or not all(_apart(box, other.box) for other in self.zeros):
             return False
-        apart = [_apart(fields.position, other.position) for other in self.poses]
-        if all(apart):
-            self.poses.append(fields)
-            self.stability.append(Stability.STABLE if is_outward(self.data, box) else Stability.UNDECIDED)
+        self.zeros.append(zero)
+        self.poses.append(fields)
+        self.stability.append(_stability(self.data, box))
         return True
+
+
+def _stability(data: Routed, box: Bounds) -> Stability:
+    return Stability.STABLE if is_outward(data, box) else Stability.UNDECIDED
 
 
 def _apart(a: Bounds, b: Bounds) -> bool:
     return bool((a[:, 0] > b[:, 1]).any() or (b[:, 0] > a[:, 1]).any())
+
+
+def _contains(outer: Bounds, inner: Bounds) -> bool:
+    return bool((outer[:, 0] <= inner[:, 0]).all() and (inner[:, 1] <= outer[:, 1]).all())
 
 
 def _hull(cells: NDArray[np.float64]) -> Bounds:
@@ -266,20 +294,31 @@ def find_poses(mass: RoutedMass, lengths: Bounds, effort: Effort) -> Found:
     family), their fields enclose it, and every further one lies in a region or in what is pending.
     """
     status, bounds, states = quick_pose(mass, lengths)
-    if status == DECIDED:
-        return Found((noted(unpacked(bounds, states), mass),), (Stability.STABLE,))
     data = data_for(mass, lengths)
+    if status == DECIDED:
+        outward = hangs_outward(mass, data, bounds[:3])
+        only = Stability.STABLE if outward else Stability.UNDECIDED
+        return Found((noted(unpacked(bounds, states), mass),), (only,), by_convexity=outward)
     hunt = _Hunt(mass, data, effort.budget, effort.threads, effort.report, effort.own_limit)
     circle = _circle(mass, data) if status != AMONG_OTHERS else None
     if circle is not None:
         return _on_circle(hunt, circle)
-    first, outward, taut, known = _first(mass, data, status == AMONG_OTHERS)
-    hunt.run((outward, taut, known, -1))
-    poses = ([first] if first is not None else []) + hunt.poses
-    stability = ([Stability.STABLE if outward else Stability.UNDECIDED] if first is not None else []) + (
-        hunt.stability
-    )
+    first = _first(mass, data, status == AMONG_OTHERS)
+    if first.zero is not None:
+        hunt.zeros.append(first.zero)
+    hunt.run((first.outward, first.taut, first.known, -1))
+    poses, stability = hunt.poses, hunt.stability
+    if first.fields is not None:
+        own = Stability.STABLE if first.outward else Stability.UNDECIDED
+        poses, stability = [first.fields, *poses], [own, *stability]
     return _found(hunt, poses, stability)
+
+
+def hangs_outward(mass: RoutedMass, data: Routed, position: Bounds) -> bool:
+    """Return True when every cable is straight, leaves outward or hangs loose at positions (3, 2) in m."""
+    lo = np.nextafter(position[:, 0] - mass.frame[2:5, 1], -np.inf) / mass.unit
+    hi = np.nextafter(position[:, 1] - mass.frame[2:5, 0], np.inf) / mass.unit
+    return bool(is_outward(data, np.ascontiguousarray(np.stack([lo, hi], axis=1))))
 
 
 def _found(hunt: _Hunt, poses: list[Fields], stability: list[Stability], families: Families = ()) -> Found:
@@ -306,8 +345,9 @@ def _on_circle(hunt: _Hunt, circle: Circle) -> Found:
     mass, data = hunt.mass, hunt.data
     count = len(mass.elastic)
     states, tension, distance = np.zeros(count, dtype=np.int64), np.zeros((count, 2)), np.empty((count, 2))
-    nowhere, none = np.column_stack([np.full(3, np.inf), np.full(3, -np.inf)]), np.empty(0, dtype=np.int64)
-    hunt.run((True, none, nowhere, circle.cable))
+    # Where x is arm + radius, the tangent planes still are those of the rope itself.
+    outward = bool(others_outward(data, circle.around, circle.cable))
+    hunt.run((outward, _First().taut, _First().known, circle.cable))
     ways_at(data, circle.listed, distance)
     states[circle.cable] = TAUT
     tension[circle.cable] = strength(data)
@@ -315,37 +355,49 @@ def _on_circle(hunt: _Hunt, circle: Circle) -> Found:
     return _found(hunt, [fields, *hunt.poses], [Stability.STABLE, *hunt.stability], (circle.family,))
 
 
-def _first(mass: RoutedMass, data: Routed, proved: bool) -> tuple[Fields | None, bool, States, Bounds]:
-    """Return the pose by guess and proof, whether it is outward, its taut cables and domain of uniqueness."""
+@dataclass(frozen=True, eq=False)
+class _First:
+    """The pose by guess and proof."""
+
+    fields: Fields | None = None
+    """None where there is none."""
+    outward: bool = False
+    taut: States = field(default_factory=lambda: np.empty(0, dtype=np.int64))
+    known: Bounds = field(default_factory=lambda: np.column_stack([np.full(3, np.inf), np.full(3, -np.inf)]))
+    """Of position and tensions of the taut cables: where no other zero is."""
+    zero: _Zero | None = None
+
+
+def _first(mass: RoutedMass, data: Routed, proved: bool) -> _First:
+    """Return the pose by guess and proof; ``proved``: that of the compiled call."""
     count = len(mass.elastic)
-    none = np.empty(0, dtype=np.int64)
-    nowhere = np.column_stack([np.full(3, np.inf), np.full(3, -np.inf)])
     taut, x = np.empty(count + 1, dtype=np.int64), np.empty(4 + count)
     m = guess(data, taut, x)
     if m < 0:
-        return None, False, none, nowhere
+        return _First()
     if proved:
         box, domain = np.empty((3 + m, 2)), np.empty((3 + m, 2))
         if prove_balance(data, taut, x[: 3 + m].copy(), anywhere(3 + m), box, domain):
             fields = fields_at(mass, data, taut[:m], box)
-            widest = _widened(data, taut, x[: 3 + m], domain)
-            return fields, bool(is_outward(data, box)), taut[:m].copy(), widest
+            widest = _widened(data, taut, x[: 3 + m], box, domain)
+            zero = _Zero(box[:3], widest[:3])
+            return _First(fields, bool(is_outward(data, box)), taut[:m].copy(), widest, zero)
     box, multiplier = np.empty((3, 2)), np.zeros(count)
     multiplier[taut[:m]] = np.maximum(x[3 : 3 + m], 0.0)
     if not prove_tied(data, x[:3].copy(), multiplier, box):
-        return None, False, none, nowhere
+        return _First()
     states, tension, distance = np.empty(count, dtype=np.int64), np.empty((count, 2)), np.empty((count, 2))
     if not tied_tensions(data, box, states, tension, distance):
-        return None, False, none, nowhere
-    return _filled(mass, box, tension, distance, states), True, none, nowhere
+        return _First()
+    return _First(_filled(mass, box, tension, distance, states), True)
 
 
-def _widened(data: Routed, taut: States, x: NDArray[np.float64], domain: Bounds) -> Bounds:
-    """Return the widest of a few domains around a zero in which it is proved to be the only one."""
+def _widened(data: Routed, taut: States, x: NDArray[np.float64], zero: Bounds, domain: Bounds) -> Bounds:
+    """Return the widest of a few domains around a zero, a box, in which it is proved to be the only one."""
     box, wide = np.empty(domain.shape), np.empty(domain.shape)
     for radius in WIDTHS:
         cover = np.stack([x - radius, x + radius], axis=1)
-        if prove_balance(data, taut, x.copy(), cover, box, wide):
+        if prove_balance(data, taut, x.copy(), cover, box, wide) and _contains(wide, zero):
             return wide
     return domain
 

@@ -1,12 +1,12 @@
 """A pose of a point mass where more cables are tight than can be told apart, enclosed by its energy.
 
 Where an inextensible cable is only just tight, no set of taut cables is proved, and yet there is one pose.
-With a point X_f in reach of all cables, energy E, multipliers l_j >= 0 of the inextensible ones and the
-Lagrangian
+With a point X_f of a ball in reach of all cables, energy E, multipliers l_j >= 0 of the inextensible ones and
+the Lagrangian
 
     Q(X) = E(X) + sum l_j (L_j(X) - l_j) <= E(X) at every point in reach,
 
-a lower bound of Q on the surface of a ball that is above E(X_f) puts every minimum of the energy inside it;
+a lower bound of Q on the surface of the ball that is above E(X_f) puts every minimum of the energy inside it;
 its quadratic growth from the middle of the ball gives that bound. There is one: the reachable part of the
 ball is compact. It is a static pose, since X_f is in the interior of reach, and the only one in the ball
 where every rope leaves outward: along a segment of minima no loaded cable could keep length and direction.
@@ -29,7 +29,7 @@ from cdpr_interval.kernels.interval_matrix import POSITIVE, definiteness
 from cdpr_interval.kernels.kernel import entry, kernel
 from cdpr_interval.kernels.rounding import down, up
 from cdpr_interval.mechanics.cables.ways import ALONG, FREE, LENGTH, WAY, turning_over
-from solvers.point_mass.routed.balance import bend, pull, survey
+from solvers.point_mass.routed.balance import bend, off_pulleys, pull, survey
 from solvers.point_mass.routed.cells import all_beyond, balance_across_pairs, bounded_by_load
 from solvers.point_mass.routed.guess import VIOLATED
 
@@ -129,13 +129,26 @@ def least_curvature(H: Any) -> float:
 
 
 @kernel()
-def energy_in_reach(data: Any, x: Any, ways: Any, gradients: Any) -> float:
-    """Bound the energy of a point near x (3,) inside of reach of all cables; inf without one."""
+def far_from(x: Any, y: Any) -> float:
+    """Bound the distance of two points (3,) from above."""
+    total = 0.0
+    for j in range(3):
+        apart = up(abs(y[j] - x[j]))
+        total = up(total + up(apart * apart))
+    return up(math.sqrt(total))
+
+
+@kernel()
+def energy_in_reach(data: Any, x: Any, ways: Any, gradients: Any) -> tuple[float, float]:
+    """Bound the energy of a point near x (3,) inside of reach of all cables, and how far it is from x.
+
+    Both are inf without one.
+    """
     _, elastic, lengths, _, _ = data
     there, box, d = np.empty(3), np.empty((3, 2)), np.empty(3)
     point(x, box)
     if not survey(data, box, ways, gradients):
-        return math.inf
+        return math.inf, math.inf
     size = 0.0
     for j in range(3):
         d[j] = 0.0
@@ -150,14 +163,14 @@ def energy_in_reach(data: Any, x: Any, ways: Any, gradients: Any) -> float:
             there[j] = x[j] + step * d[j] / size
         point(there, box)
         if not survey(data, box, ways, gradients):
-            return math.inf
+            return math.inf, math.inf
         inside = True
         for i in range(lengths.shape[0]):
             inside = inside and (elastic[i] or ways[i, LENGTH, 1] < lengths[i, 0])
         if inside:
-            return energy_over(data, box, ways)[1]
+            return energy_over(data, box, ways)[1], far_from(x, there)
         step *= 2.0
-    return math.inf
+    return math.inf, math.inf
 
 
 @entry()
@@ -188,14 +201,16 @@ def prove_tied(data: Any, x: Any, multiplier: Any, box: Any) -> bool:
     steep = 0.0
     for j in range(3):
         steep = up(steep + mag(slope[j, 0], slope[j, 1]))
-    ceiling = energy_in_reach(data, x, ways, gradients)
-    radius = 1e-12
+    ceiling, apart = energy_in_reach(data, x, ways, gradients)
+    if not ceiling < math.inf:
+        return False
+    radius = max(1e-12, 2.0 * apart)
     for _ in range(RADII):
-        if not ceiling < math.inf:
-            return False
         for j in range(3):
             box[j, 0], box[j, 1] = down(x[j] - radius), up(x[j] + radius)
         if not survey(data, box, ways, gradients) or not all_beyond(data, box, ways):
+            return False
+        if not off_pulleys(data, ways):
             return False
         if not curvature(data, multiplier, ways, H):
             return False

@@ -1,0 +1,171 @@
+"""Random point masses on routed cables: no static pose that plain floats find is missing."""
+
+import itertools
+from random import Random
+
+import numpy as np
+import pytest
+
+from cdpr_interval.engine.budget import Budget
+from cdpr_interval.mechanics.cables.ways import ACROSS, ALONG, LENGTH, WAY
+from solvers.point_mass.routed import cells
+from solvers.point_mass.routed.over_ranges import find_all
+from solvers.point_mass.routed.pose import Effort, data_for
+from tests.support.kernel_callers import Callers
+from tests.support.routed_robots import (
+    BISECTOR,
+    EXACT,
+    FIXED,
+    ONE,
+    Made,
+    planted,
+    random_line,
+    random_place,
+    way,
+)
+
+kernels = Callers(cells)
+KINDS = [FIXED, ONE, ONE, EXACT, BISECTOR]
+NEAR = 1e-6
+"""m: floats are no better where two poses nearly meet."""
+
+
+def effort(cells=12_000):
+    """Cells that are not looked at are regions."""
+    return Effort(Budget(None, cells), own_limit=True)
+
+
+def is_within(boxes, x):
+    return any(((b[:, 0] - NEAR <= x) & (x <= b[:, 1] + NEAR)).all() for b in boxes)
+
+
+def is_kept(found, x):
+    return is_within([*(f.position for f in found.poses), *(r.position for r in found.regions)], x)
+
+
+def taut_sets(made):
+    hard = [i for i, line in enumerate(made.lines) if not line.k]
+    for m in range(min(3, len(hard)) + 1):
+        if m or len(hard) < len(made.lines):
+            yield from itertools.combinations(hard, m)
+
+
+def settled(made, rng, starts):
+    """Yield static poses that Newton steps find from near the pulleys and near the planted pose."""
+    for taut in taut_sets(made):
+        for _ in range(starts):
+            x = made.pose + np.array([rng.gauss(0, 0.5) for _ in range(3)])
+            if rng.random() < 0.6:
+                x = random_place(rng, rng.choice(made.lines), True)
+            found = made.settle(x, taut, 12)
+            if found is not None:
+                yield found[0]
+
+
+def draw(seed, kinds=KINDS, most=3, stretchy=None):
+    rng = Random(seed)
+    chosen = [rng.choice(kinds) for _ in range(rng.randint(1, most))]
+    share = rng.choice([0.0, 0.5, 1.0, 1.0]) if stretchy is None else stretchy
+    return rng, planted(rng, chosen, rng.random() < 0.5, share)
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_no_planted_pose_is_lost(seed):
+    rng, made = draw(seed)
+    if made is None:
+        return
+    found = find_all(made.mass(), made.bounds(), effort())
+    if found.families:
+        return
+    assert not found.pending
+    assert is_kept(found, made.pose), (seed, made)
+    for x in settled(made, rng, 2):
+        assert is_kept(found, x), (seed, made, x)
+
+
+@pytest.mark.parametrize("seed", range(100, 110))
+def test_proved_poses_are_static_and_apart(seed):
+    """Each box holds a pose of the plain floats, and no two boxes meet."""
+    _, made = draw(seed)
+    if made is None:
+        return
+    found = find_all(made.mass(), made.bounds(), effort(4000))
+    if found.families:
+        return
+    for one, other in itertools.combinations(found.poses, 2):
+        a, b = one.position, other.position
+        assert (a[:, 0] > b[:, 1]).any() or (b[:, 0] > a[:, 1]).any(), seed
+    for fields in found.poses:
+        x = fields.position.mean(axis=1)
+        rest, lengths, along = made.forces(x)
+        assert (np.abs(lengths - fields.distances.mean(axis=1)) < 1e-5).all(), seed
+        for i, line in enumerate(made.lines):
+            if not line.k:
+                rest = rest + fields.tensions[i].mean() * along[i]
+                assert lengths[i] <= made.lengths[i] + 1e-5
+        if not fields.is_open:
+            assert np.abs(rest).max() < 1e-4, seed
+
+
+@pytest.mark.parametrize("seed", range(200, 212))
+def test_a_box_over_ranges_holds_the_pose_of_every_choice(seed):
+    rng, made = draw(seed)
+    if made is None:
+        return
+    spread = 10.0 ** rng.uniform(-6, -2)
+    found = find_all(made.mass(), made.bounds(spread), effort(3000))
+    if found.families:
+        return
+    choices = np.random.default_rng(seed).choice([-1.0, -0.3, 0.4, 1.0], (4, len(made.lines)))
+    for choice in choices:
+        moved = made.replace_lengths(made.lengths + spread * choice)
+        for taut in taut_sets(moved):
+            pose = moved.settle(made.pose, taut, 12)
+            if pose is not None:
+                assert is_kept(found, pose[0]), (seed, spread, choice)
+
+
+@pytest.mark.parametrize("seed", range(300, 306))
+def test_tiny_pulleys_are_exit_points(seed):
+    """As the radius goes to zero the pose is that of the plain robot."""
+    rng = Random(seed)
+    lines = [random_line(rng, rng.choice([ONE, EXACT, BISECTOR])) for _ in range(3)]
+    for line in lines:
+        line.radius = line.arm = 1e-4
+        line.axis = np.array([0.0, 0.0, 1.0])
+        line.point[2] = 5.0
+    x, load = np.array([0.1, -0.2, 1.0]), np.array([0.0, 0.0, -9.80665])
+    lengths = np.array([np.linalg.norm(x - line.point) + line.lead for line in lines]) + 0.001
+    plain = [random_line(rng, FIXED) for _ in lines]
+    for line, old in zip(plain, lines, strict=True):
+        line.point, line.lead = old.point, old.lead
+    over = find_all(Made(lines, load, lengths).mass(), Made(lines, load, lengths).bounds(), effort())
+    straight = Made(plain, load, lengths - np.array([line.lead for line in lines]))
+    exits = find_all(straight.mass(), straight.bounds(), effort())
+    assert exits.complete and len(exits.poses) == 1 == len(over.poses)
+    assert np.abs(over.poses[0].position - exits.poses[0].position).max() < 3e-3
+
+
+@pytest.mark.parametrize("seed", range(400, 440))
+def test_what_the_exit_point_tells_encloses_every_way(seed):
+    """Boxes around points on all sides of a pulley, in its reach and far away."""
+    rng = Random(seed)
+    line = random_line(rng, rng.choice([ONE, EXACT, BISECTOR]))
+    line.lead = rng.choice([0.0 if line.kind == ONE else 0.3, 0.7, 3.0])
+    load = np.array([0.0, 0.0, -9.0])
+    made = Made([line], load, np.array([1.0]))
+    mass = made.mass()
+    route, one = data_for(mass, made.bounds())[0][0], np.empty((WAY, 2))
+    for _ in range(40):
+        x = random_place(rng, line, rng.random() < 0.8)
+        half = rng.choice([1e-9, 1e-3, 0.1])
+        at = x + np.array([rng.uniform(-half, half) for _ in range(3)])
+        found = way(line, at)
+        if found is None:
+            continue
+        box = np.stack([x - half, x + half], axis=1) - line.point[:, None]
+        kernels.rough_way(route, np.ascontiguousarray(box / mass.unit), one)
+        assert one[LENGTH, 0] * mass.unit <= found[0] + 1e-9 <= one[LENGTH, 1] * mass.unit + 2e-9, seed
+        for j in range(3):
+            assert one[ALONG + j, 0] - 1e-9 <= found[1][j] <= one[ALONG + j, 1] + 1e-9, seed
+        assert one[ACROSS, 0] * mass.unit <= line.flat(at)[2] + 1e-9, seed
