@@ -49,7 +49,7 @@ class Line:
         y = float(g @ k)
         across = g - y * k
         s = float(np.linalg.norm(across))
-        return across / s, k, s, y
+        return across / max(s, 1e-300), k, s, y
 
 
 def turned(angle: float, cut: float) -> float:
@@ -116,6 +116,8 @@ def way(line: Line, x: Array) -> tuple[float, Array] | None:
         free = float(np.linalg.norm(g))
         return free + line.lead, g / free
     u, k, s, y = line.flat(x)
+    if not s > 1e-12:
+        return None
     delta: float | None = 0.5 * math.pi
     if line.kind == BISECTOR:
         delta = 0.5 * math.atan2(s, -y)

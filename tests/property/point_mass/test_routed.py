@@ -134,8 +134,10 @@ def test_tiny_pulleys_are_exit_points(seed):
         line.radius = line.arm = 1e-4
         line.axis = np.array([0.0, 0.0, 1.0])
         line.point[2] = 5.0
-    x, load = np.array([0.1, -0.2, 1.0]), np.array([0.0, 0.0, -9.80665])
-    lengths = np.array([np.linalg.norm(x - line.point) + line.lead for line in lines]) + 0.001
+    x = np.array([0.1, -0.2, 1.0])
+    away = [x - line.point for line in lines]
+    load = sum((t * a / np.linalg.norm(a) for t, a in zip((5.0, 7.0, 9.0), away, strict=True)), np.zeros(3))
+    lengths = np.array([np.linalg.norm(a) + line.lead for a, line in zip(away, lines, strict=True)])
     plain = [random_line(rng, FIXED) for _ in lines]
     for line, old in zip(plain, lines, strict=True):
         line.point, line.lead = old.point, old.lead
