@@ -125,10 +125,16 @@ def smooth(way: Any) -> bool:
 
 
 @kernel()
+def is_off(route: Any, way: Any) -> bool:
+    """Return True when all of a box with this way (WAY, 2) lies outside of its pulley, if it has one."""
+    return route[KIND, 0] == FIXED or way[FREE, 0] > 0.0
+
+
+@kernel()
 def off_pulleys(data: Any, ways: Any) -> bool:
     """Return True when all of a box with these ways (N, WAY, 2) lies outside of every pulley."""
-    for i in range(ways.shape[0]):
-        if data[0][i, KIND, 0] != FIXED and not ways[i, FREE, 0] > 0.0:
+    for i in range(ways.shape[0]):  # noqa: SIM110 - numba compiles no generator expressions
+        if not is_off(data[0][i], ways[i]):
             return False
     return True
 

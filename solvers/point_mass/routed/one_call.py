@@ -16,7 +16,7 @@ from cdpr_interval.mechanics.cables.ways import LENGTH, WAY
 from solvers.point_mass.cell_rows import WIDTH
 from solvers.point_mass.fields import OPEN, SLACK, TAUT
 from solvers.point_mass.one_call import DECIDED, UNCLEAR, anywhere
-from solvers.point_mass.routed.balance import off_pulleys, prove_balance, pull, survey
+from solvers.point_mass.routed.balance import is_off, off_pulleys, prove_balance, pull, survey
 from solvers.point_mass.routed.cells import all_beyond, first_cells, is_beyond, run_cells
 from solvers.point_mass.routed.guess import guess
 
@@ -153,11 +153,19 @@ def ways_at(data: Any, box: Any, distance: Any) -> bool:
 
 @entry()
 def slack_around(data: Any, box: Any, cable: int, distance: Any) -> bool:
-    """Return True when all cables but one are slack on a box (3, 2); lengths of ways (N, 2) are written."""
-    if not ways_at(data, box, distance):
+    """Return True when all cables but one are slack on a box (3, 2) outside of their pulleys.
+
+    Lengths of ways (N, 2) are written.
+    """
+    count = data[1].shape[0]
+    ways, gradients = np.empty((count, WAY, 2)), np.empty((count, 3, 2))
+    if not survey(data, box, ways, gradients):
         return False
-    for i in range(distance.shape[0]):  # noqa: SIM110 - numba compiles no generator expressions
-        if i != cable and not distance[i, 1] < data[2][i, 0]:
+    for i in range(count):
+        distance[i, 0], distance[i, 1] = ways[i, LENGTH, 0], ways[i, LENGTH, 1]
+        if i == cable:
+            continue
+        if not distance[i, 1] < data[2][i, 0] or not is_off(data[0][i], ways[i]):
             return False
     return True
 

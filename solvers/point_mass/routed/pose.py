@@ -232,6 +232,12 @@ def _hull(cells: NDArray[np.float64]) -> Bounds:
 def _clusters(cells: NDArray[np.float64]) -> list[NDArray[np.float64]]:
     """Return cells that touch each other together."""
     low, high = cells[:, 0:6:2], cells[:, 1:6:2]
+    # In the order of their low sides along x, those that may touch one follow from a place on.
+    order = np.argsort(low[:, 0], kind="stable")
+    cells, low, high = cells[order], low[order], high[order]
+    widest = float((high[:, 0] - low[:, 0]).max(initial=0.0)) * (1.0 + 1e-9) + 1e-300
+    starts = np.searchsorted(low[:, 0], low[:, 0] - widest * 1.001, side="left")
+    ends = np.searchsorted(low[:, 0], high[:, 0], side="right")
     left, found = np.ones(len(cells), dtype=np.bool_), []
     for start in range(len(cells)):
         if not left[start]:
@@ -240,7 +246,9 @@ def _clusters(cells: NDArray[np.float64]) -> list[NDArray[np.float64]]:
         left[start] = False
         while front:
             here = front.pop()
-            near = np.flatnonzero(left & (low <= high[here]).all(axis=1) & (low[here] <= high).all(axis=1))
+            part = slice(int(starts[here]), int(ends[here]))
+            touching = (low[part] <= high[here]).all(axis=1) & (low[here] <= high[part]).all(axis=1)
+            near = np.flatnonzero(left[part] & touching) + part.start
             left[near] = False
             group += near.tolist()
             front += near.tolist()
