@@ -17,7 +17,8 @@ OVER_THREE = "9.66758648854228,9.104849888092424,9.926104963854888,10.6"
 @pytest.fixture
 def robot(tmp_path):
     lines = [
-        f"  - {{name: c{i}, frame_anchor_m: [{x}, {y}, 5], platform_anchor_m: [0, 0, 0], pulley: {{{SINGLE}}}}}"
+        f"  - {{name: c{i}, frame_anchor_m: [{x}, {y}, 5], platform_anchor_m: [0, 0, 0], "
+        f"pulley: {{{SINGLE}}}}}"
         for i, (x, y) in enumerate(CORNERS, 1)
     ]
     head = "format: cdpr-robot/1\nname: hung\nplatform: {mass_kg: 300}\ncables:\n"

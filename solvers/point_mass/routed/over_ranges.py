@@ -18,6 +18,7 @@ from solvers.point_mass.routed.pose import (
     hangs_outward,
     noted,
     quick_pose,
+    stability_of,
 )
 
 PIECES = 64
@@ -32,8 +33,10 @@ def find_all(mass: RoutedMass, lengths: Bounds, effort: Effort) -> Found:
     parts = _parts(mass, lengths) if is_range(lengths) else None
     if parts is None:
         return find_poses(mass, lengths, effort)
-    outward = all(hangs_outward(mass, data_for(mass, piece), fields.position) for piece, fields in parts)
-    stability = Stability.STABLE if outward else Stability.UNDECIDED
+    looked = [(mass, data_for(mass, piece), fields) for piece, fields in parts]
+    outward = all(hangs_outward(*one) for one in looked)
+    stable = all(stability_of(*one) is Stability.STABLE for one in looked)
+    stability = Stability.STABLE if stable else Stability.UNDECIDED
     whole = noted(hull([fields for _, fields in parts]), mass)
     return Found((whole,), (stability,), by_convexity=outward)
 

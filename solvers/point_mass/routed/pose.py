@@ -36,7 +36,7 @@ from solvers.point_mass.routed.one_call import (
     strength,
     ways_at,
 )
-from solvers.point_mass.routed.tied import prove_tied, tied_tensions
+from solvers.point_mass.routed.tied import prove_tied, strict_minimum, tied_tensions
 
 States = NDArray[np.int64]
 FINER = 0.125
@@ -208,12 +208,8 @@ class _Hunt:
             return False
         self.zeros.append(zero)
         self.poses.append(fields)
-        self.stability.append(_stability(self.data, box))
+        self.stability.append(stability_of(self.mass, self.data, fields))
         return True
-
-
-def _stability(data: Routed, box: Bounds) -> Stability:
-    return Stability.STABLE if is_outward(data, box) else Stability.UNDECIDED
 
 
 def _apart(a: Bounds, b: Bounds) -> bool:
@@ -304,9 +300,9 @@ def find_poses(mass: RoutedMass, lengths: Bounds, effort: Effort) -> Found:
     status, bounds, states = quick_pose(mass, lengths)
     data = data_for(mass, lengths)
     if status == DECIDED:
-        outward = hangs_outward(mass, data, bounds[:3])
-        only = Stability.STABLE if outward else Stability.UNDECIDED
-        return Found((noted(unpacked(bounds, states), mass),), (only,), by_convexity=outward)
+        fields = noted(unpacked(bounds, states), mass)
+        outward = hangs_outward(mass, data, fields)
+        return Found((fields,), (stability_of(mass, data, fields),), by_convexity=outward)
     hunt = _Hunt(mass, data, effort.budget, effort.threads, effort.report, effort.own_limit)
     circle = _circle(mass, data) if status != AMONG_OTHERS else None
     if circle is not None:
@@ -317,16 +313,29 @@ def find_poses(mass: RoutedMass, lengths: Bounds, effort: Effort) -> Found:
     hunt.run((first.outward, first.taut, first.known, -1))
     poses, stability = hunt.poses, hunt.stability
     if first.fields is not None:
-        own = Stability.STABLE if first.outward else Stability.UNDECIDED
+        own = Stability.STABLE if first.outward else stability_of(mass, data, first.fields)
         poses, stability = [first.fields, *poses], [own, *stability]
     return _found(hunt, poses, stability)
 
 
-def hangs_outward(mass: RoutedMass, data: Routed, position: Bounds) -> bool:
-    """Return True when every cable is straight, leaves outward or hangs loose at positions (3, 2) in m."""
+def hangs_outward(mass: RoutedMass, data: Routed, fields: Fields) -> bool:
+    """Return True when every cable is straight, leaves outward or hangs loose at a pose."""
+    return bool(is_outward(data, _in_units(mass, fields.position)))
+
+
+def stability_of(mass: RoutedMass, data: Routed, fields: Fields) -> Stability:
+    """Return STABLE where a pose is proved to be a strict minimum of the energy."""
+    stable = hangs_outward(mass, data, fields) or strict_minimum(
+        data, _in_units(mass, fields.position), np.ascontiguousarray(fields.tensions / mass.frame[1, 0])
+    )
+    return Stability.STABLE if stable else Stability.UNDECIDED
+
+
+def _in_units(mass: RoutedMass, position: Bounds) -> Bounds:
+    """Return positions of the platform's origin in m, (3, 2), as anchors in the kernels' units, outward."""
     lo = np.nextafter(position[:, 0] - mass.frame[2:5, 1], -np.inf) / mass.unit
     hi = np.nextafter(position[:, 1] - mass.frame[2:5, 0], np.inf) / mass.unit
-    return bool(is_outward(data, np.ascontiguousarray(np.stack([lo, hi], axis=1))))
+    return np.ascontiguousarray(np.stack([lo, hi], axis=1))
 
 
 def _found(hunt: _Hunt, poses: list[Fields], stability: list[Stability], families: Families = ()) -> Found:

@@ -28,8 +28,8 @@ from cdpr_interval.kernels.interval import add, mag, mid, mul, sqr, sub
 from cdpr_interval.kernels.interval_matrix import POSITIVE, definiteness
 from cdpr_interval.kernels.kernel import entry, kernel
 from cdpr_interval.kernels.rounding import down, up
-from cdpr_interval.mechanics.cables.ways import ALONG, FREE, LENGTH, WAY, turning_over
-from solvers.point_mass.routed.balance import bend, off_pulleys, pull, survey
+from cdpr_interval.mechanics.cables.ways import ALONG, BISECTED, FREE, KIND, LENGTH, WAY, turning_over
+from solvers.point_mass.routed.balance import bend, off_pulleys, pull, smooth, survey
 from solvers.point_mass.routed.cells import all_beyond, balance_across_pairs, bounded_by_load
 from solvers.point_mass.routed.guess import VIOLATED
 
@@ -39,6 +39,8 @@ LIFTS = 40
 """Tries, each twice as far, to find a point in reach of all cables."""
 RADII = 30
 """Balls tried, each twice as wide."""
+STIFFENED = 100.0
+"""Stiffness that stands for a length that is kept, over the largest tension per length."""
 HALVINGS = 30
 """Bounds of the least curvature tried, each half the one before."""
 
@@ -81,19 +83,22 @@ def lagrangian(data: Any, multiplier: Any, box: Any, ways: Any, gradients: Any, 
 
 
 @kernel()
-def curvature(data: Any, multiplier: Any, ways: Any, H: Any) -> bool:
-    """Enclose the Hessian H (3, 3, 2) of Q over a box; False where a way may end in a pulley."""
+def curvature(data: Any, held: Any, ways: Any, H: Any) -> bool:
+    """Enclose the Hessian H (3, 3, 2) of Q over a box; False where a loaded way is not `smooth`.
+
+    ``held`` (N, 2) bounds the multipliers.
+    """
     routes, elastic, lengths, k, _ = data
     turning = np.empty((3, 3, 2))
     H[:] = 0.0
     for i in range(lengths.shape[0]):
-        lo, hi = multiplier[i], multiplier[i]
+        lo, hi = held[i, 0], held[i, 1]
         wlo, whi = 0.0, 0.0
         if elastic[i]:
             lo, hi, wlo, whi = pull(data, i, ways[i])
         if hi == 0.0:
             continue
-        if not ways[i, FREE, 0] > 0.0:
+        if not smooth(ways[i]):
             return False
         turning_over(routes[i], ways[i], turning)
         bend(turning, lo, hi, H)
@@ -193,7 +198,9 @@ def prove_tied(data: Any, x: Any, multiplier: Any, box: Any) -> bool:
     """
     count = data[1].shape[0]
     ways, gradients = np.empty((count, WAY, 2)), np.empty((count, 3, 2))
-    slope, H = np.empty((3, 2)), np.empty((3, 3, 2))
+    slope, H, held = np.empty((3, 2)), np.empty((3, 3, 2)), np.empty((count, 2))
+    for i in range(count):
+        held[i, 0] = held[i, 1] = multiplier[i]
     point(x, box)
     if not survey(data, box, ways, gradients):
         return False
@@ -212,7 +219,7 @@ def prove_tied(data: Any, x: Any, multiplier: Any, box: Any) -> bool:
             return False
         if not off_pulleys(data, ways):
             return False
-        if not curvature(data, multiplier, ways, H):
+        if not curvature(data, held, ways, H):
             return False
         growth = down(down(0.5 * least_curvature(H)) * down(radius * radius))
         if down(down(least + growth) - up(steep * radius)) > ceiling:
@@ -249,3 +256,35 @@ def tied_tensions(data: Any, box: Any, states: Any, tension: Any, distance: Any)
             return False
         states[i] = 0 if tension[i, 1] == 0.0 else 1 if tension[i, 0] > 0.0 else 2
     return True
+
+
+@entry()
+def strict_minimum(data: Any, box: Any, tension: Any) -> bool:
+    """Prove that the energy has a strict minimum at a pose in a box (3, 2) with tensions (N, 2).
+
+    Near the pose Q + c / 2 sum (L_j - l_j)^2, the sum over the inextensible cables that carry, is no more
+    than the energy at points in reach, whatever c is: T_j (L_j - l_j) outweighs the square there. So it is
+    enough that its Hessian is positive. The bisector has no energy.
+    """
+    routes, elastic, _, _, _ = data
+    count = elastic.shape[0]
+    ways, gradients, H = np.empty((count, WAY, 2)), np.empty((count, 3, 2)), np.empty((3, 3, 2))
+    if not survey(data, box, ways, gradients) or not curvature(data, tension, ways, H):
+        return False
+    most = 0.0
+    for i in range(count):
+        if tension[i, 1] > 0.0:
+            if routes[i, KIND, 0] == BISECTED or not tension[i, 1] < math.inf or not ways[i, FREE, 0] > 0.0:
+                return False
+            most = max(most, tension[i, 1] / ways[i, FREE, 0])
+    for i in range(count):
+        if elastic[i] or not tension[i, 0] > 0.0:
+            continue
+        for a in range(3):
+            for b in range(3):
+                lo, hi = mul(
+                    ways[i, ALONG + a, 0], ways[i, ALONG + a, 1], ways[i, ALONG + b, 0], ways[i, ALONG + b, 1]
+                )
+                lo, hi = mul(STIFFENED * most, STIFFENED * most, lo, hi)
+                H[a, b, 0], H[a, b, 1] = add(H[a, b, 0], H[a, b, 1], lo, hi)
+    return bool(definiteness(H) == POSITIVE)

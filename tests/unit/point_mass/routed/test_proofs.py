@@ -16,7 +16,8 @@ from solvers.point_mass.routed.balance import prove_balance
 from solvers.point_mass.routed.cells import first_cells
 from solvers.point_mass.routed.data import routed_mass
 from solvers.point_mass.routed.over_ranges import find_all
-from solvers.point_mass.routed.pose import Effort, _Hunt, data_for, find_poses
+from solvers.point_mass.routed.pose import Effort, _Hunt, data_for
+from tests.support.routed_robots import Line, Made, way
 
 ORIGIN = (F(0), F(0), F(0))
 
@@ -134,22 +135,63 @@ def test_cells_that_end_small_stay_in_regions_when_the_limit_is_reached():
             assert hunt.pending == 2
 
 
-def test_a_pose_that_leaves_inward_is_not_called_stable_by_convexity():
-    """Under a pulley, nearer to its axis than the rope leaves: springs hold the mass there."""
-    pulley = Pulley(F("0.4"), lead_in=F(1))
+def pulled(x, load_share, k=400):
+    """Return a mass under a pulley that rests at x, nearer to the axis than the rope leaves."""
+    line = Line("one", np.zeros(3), radius=0.4, arm=0.4, lead=1.0, k=k)
+    length, along = way(line, np.array(x))
     points = np.array([(2.0, 0.0, -6.0), (-1.0, 2.0, -6.0), (-1.0, -2.0, -6.0)])
-    x = np.array([0.3, 0.0, -3.0])
-    a = (x - points) / np.linalg.norm(x - points, axis=1)[:, None]
-    cables = [cable(f"c{i}", p, k=500) for i, p in enumerate(points)]
-    cables.append(cable("p", (0, 0, 0), pulley, 500))
-    mass = mass_of(*cables)
-    lengths = np.append(np.linalg.norm(x - points, axis=1) - 0.2, 3.0)
-    found = find_poses(mass, np.stack([lengths, lengths], axis=1), Effort.of(3.0, None))
-    assert a.shape == (3, 3)
-    for fields, stability in zip(found.poses, found.stability, strict=True):
-        across = np.hypot(*fields.position[:2].mean(axis=1))
-        if across < 0.8:
-            assert stability is Stability.UNDECIDED and not found.by_convexity
+    lines = [line, *(Line("fixed", p, k=k) for p in points)]
+    away = np.array(x) - points
+    sizes = np.linalg.norm(away, axis=1)
+    pulls = load_share * np.array([30.0, 30.0, 30.0])
+    load = 40.0 * along + pulls @ (away / sizes[:, None])
+    return Made(lines, load, np.append(length - 40.0 / k, sizes - pulls / k), np.array(x))
+
+
+def stability_at(made):
+    """Return what is said of the pose that a robot was made for."""
+    found = find_all(made.mass(), made.bounds(), Effort.of(5.0, None))
+    said = [
+        (stability, found.by_convexity)
+        for fields, stability in zip(found.poses, found.stability, strict=True)
+        if (np.abs(fields.position.mean(axis=1) - made.pose) < 1e-6).all()
+    ]
+    assert len(said) == 1
+    return said[0]
+
+
+def curvatures(made):
+    """Return the eigenvalues of the energy's second derivative at the pose, by differences."""
+    columns = []
+    for j in range(3):
+        step = np.eye(3)[j] * 1e-6
+        columns.append((made.forces(made.pose + step)[0] - made.forces(made.pose - step)[0]) / 2e-6)
+    return np.linalg.eigvalsh(0.5 * (np.array(columns) + np.array(columns).T))
+
+
+@pytest.mark.parametrize(("share", "k"), [(1.0, 400), (0.02, 40)])
+def test_a_rope_that_leaves_inward_is_stable_only_by_its_curvature(share, k):
+    """Under a pulley, nearer to its axis than the rope leaves: convexity says nothing."""
+    made = pulled((0.3, 0.0, -3.0), share, k)
+    stability, by_convexity = stability_at(made)
+    assert not by_convexity
+    assert (stability is Stability.STABLE) == (curvatures(made)[0] > 0)
+
+
+def test_a_mass_that_leans_inward_alone_is_not_stable():
+    """A push towards the axis balances it; turned about the axis a little it runs away."""
+    line = Line("one", np.zeros(3), radius=0.4, arm=0.4, lead=1.0, k=500.0)
+    x = np.array([0.3, 0.1, -3.0])
+    length, along = way(line, x)
+    made = Made([line], 30.0 * along, np.array([length - 30.0 / 500.0]), x)
+    assert curvatures(made)[0] < 0
+    found = find_all(made.mass(), made.bounds(), Effort.of(5.0, None))
+    inside = [
+        stability
+        for fields, stability in zip(found.poses, found.stability, strict=True)
+        if (np.abs(fields.position.mean(axis=1) - x) < 1e-6).all()
+    ]
+    assert inside == [Stability.UNDECIDED]
 
 
 def test_nothing_is_asked_of_a_cover_without_sides():
