@@ -1,14 +1,22 @@
 """Random point masses on routed cables: no static pose that plain floats find is missing."""
 
 import itertools
+from dataclasses import replace
+from fractions import Fraction as F
 from random import Random
 
 import numpy as np
 import pytest
 
 from cdpr_interval.engine.budget import Budget
+from cdpr_interval.exact.range import Range
 from cdpr_interval.mechanics.cables.ways import ACROSS, ALONG, LENGTH, WAY
+from cdpr_interval.mechanics.loaded import loaded
+from cdpr_interval.mechanics.stability import Stability
+from cdpr_interval.robots.cable_robot import Elasticity
+from solvers.point_mass.controller import PointMass
 from solvers.point_mass.routed import cells
+from solvers.point_mass.routed.data import routed_mass
 from solvers.point_mass.routed.over_ranges import find_all
 from solvers.point_mass.routed.pose import Effort, data_for
 from tests.support.kernel_callers import Callers
@@ -17,6 +25,7 @@ from tests.support.routed_robots import (
     EXACT,
     FIXED,
     ONE,
+    WEIGHT,
     Made,
     planted,
     random_line,
@@ -171,3 +180,73 @@ def test_what_the_exit_point_tells_encloses_every_way(seed):
         for j in range(3):
             assert one[ALONG + j, 0] - 1e-9 <= found[1][j] <= one[ALONG + j, 1] + 1e-9, seed
         assert one[ACROSS, 0] * mass.unit <= line.flat(at)[2] + 1e-9, seed
+
+
+@pytest.mark.parametrize("seed", range(500, 530))
+def test_straight_cables_give_what_their_own_solver_gives(seed):
+    """Cables of one kind, without pulleys: two proofs of one pose."""
+    rng = Random(seed)
+    made = planted(rng, [FIXED] * rng.randint(1, 6), stretchy=rng.choice([0.0, 1.0]))
+    if made is None:
+        return
+    pose = PointMass(made.robot()).solve(
+        made.lengths.tolist(), [F(made.load[0]), F(made.load[1]), F(made.load[2]) + F(WEIGHT)]
+    )
+    found = find_all(made.mass(), made.bounds(), effort())
+    assert pose.proved and found.complete and len(found.poses) == 1, seed
+    one, other = found.poses[0].position, pose.position
+    assert (one[:, 0] <= other[:, 1]).all() and (other[:, 0] <= one[:, 1]).all(), seed
+    assert found.by_convexity and found.stability == (Stability.STABLE,)
+
+
+def blurred(x, share):
+    """Return a range around a number, of a share of it."""
+    return Range(F(x) * (1 - F(share)), F(x) * (1 + F(share))) if x else F(0)
+
+
+def chosen(made, rng, share):
+    """Return a robot whose numbers are within those of `with_data_ranges`."""
+    lines = [replace(line) for line in made.lines]
+    for line, old in zip(lines, made.lines, strict=True):
+        for name in ("radius", "lead", "k"):
+            setattr(line, name, getattr(line, name) * (1 + share * rng.choice([-0.99, -0.4, 0.5, 0.99])))
+        if line.arm == old.radius:
+            line.arm = line.radius
+        else:
+            line.arm *= 1 + share * rng.choice([-0.99, 0.3, 0.99])
+    return replace(made, lines=lines)
+
+
+def with_data_ranges(made, share):
+    """Return a mass with ranges around radii, arms, lead-ins and springs."""
+    cables = []
+    for cable, line in zip(made.robot().cables, made.lines, strict=True):
+        if cable.elasticity is not None:
+            cable = replace(cable, elasticity=Elasticity(stiffness=blurred(line.k, share)))
+        if cable.pulley is not None:
+            pulley = replace(
+                cable.pulley, radius=blurred(line.radius, share), lead_in=blurred(line.lead, share)
+            )
+            arm = None if pulley.arm is None else blurred(line.arm, share)
+            cable = replace(cable, pulley=replace(pulley, arm=arm))
+        cables.append(cable)
+    x, y, z = made.load.tolist()
+    robot = replace(made.robot(), cables=tuple(cables))
+    return routed_mass(loaded(robot, (F(x), F(y), F(z) + F(WEIGHT))))
+
+
+@pytest.mark.parametrize("seed", range(600, 616))
+def test_a_box_over_data_holds_the_pose_of_every_choice(seed):
+    rng, made = draw(seed, [FIXED, ONE, ONE, EXACT], 4)
+    if made is None:
+        return
+    share = 10.0 ** rng.uniform(-7, -4)
+    found = find_all(with_data_ranges(made, share), made.bounds(), effort(3000))
+    if found.families:
+        return
+    for _ in range(3):
+        moved = chosen(made, rng, share)
+        for taut in taut_sets(moved):
+            pose = moved.settle(made.pose, taut, 12)
+            if pose is not None:
+                assert is_kept(found, pose[0]), (seed, share)
