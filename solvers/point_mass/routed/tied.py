@@ -10,6 +10,8 @@ a lower bound of Q on the surface of the ball that is above E(X_f) puts every mi
 its quadratic growth from the middle of the ball gives that bound. There is one: the reachable part of the
 ball is compact. It is a static pose, since X_f is in the interior of reach, and the only one in the ball
 where every rope leaves outward: along a segment of minima no loaded cable could keep length and direction.
+What the energy leaves open is the root of a rounding; the lengths of three cables with multipliers are known
+far better.
 
 Arrays: ``data`` and ``ways`` (N, WAY, 2) as in `solvers.point_mass.routed.balance`; ``multiplier`` (N,) >= 0,
 zero for elastic cables; ``x`` (3,) the middle of the ball, ``box`` (3, 2) around it, ``H`` (3, 3, 2);
@@ -23,6 +25,7 @@ from typing import Any
 
 import numpy as np
 
+from cdpr_interval.engine.krawczyk import deviation, preconditioner
 from cdpr_interval.kernels.box import point
 from cdpr_interval.kernels.interval import add, mag, mid, mul, sqr, sub
 from cdpr_interval.kernels.interval_matrix import POSITIVE, definiteness
@@ -41,6 +44,8 @@ RADII = 30
 """Balls tried, each twice as wide."""
 STIFFENED = 100.0
 """Stiffness that stands for a length that is kept, over the largest tension per length."""
+NARROWINGS = 2
+"""Each squares what the curvature of the ropes leaves."""
 HALVINGS = 30
 """Bounds of the least curvature tried, each half the one before."""
 
@@ -223,9 +228,62 @@ def prove_tied(data: Any, x: Any, multiplier: Any, box: Any) -> bool:
             return False
         growth = down(down(0.5 * least_curvature(H)) * down(radius * radius))
         if down(down(least + growth) - up(steep * radius)) > ceiling:
+            narrow(data, x, multiplier, up(ceiling - down(least - up(steep * radius))), box)
             return True
         radius *= 2.0
     return False
+
+
+@kernel()
+def narrow(data: Any, x: Any, multiplier: Any, gap: float, box: Any) -> None:
+    """Contract the box (3, 2) of a pose in the ball around x (3,), if three cables have multipliers (N,).
+
+    At the pose Q is at most ``gap`` below the energy, so l_j (l_j - L_j) <= gap for each of them: three
+    lengths that are known, and the mean value theorem from x.
+    """
+    count = data[1].shape[0]
+    held, m = np.empty(3, dtype=np.int64), 0
+    for i in range(count):
+        if multiplier[i] > 0.0:
+            if m == 3:
+                return
+            held[m] = i
+            m += 1
+    if m < 3:
+        return
+    ways, gradients = np.empty((count, WAY, 2)), np.empty((count, 3, 2))
+    here, change = np.empty((3, 2)), np.empty((3, 2))
+    G, C, E = np.empty((3, 3, 2)), np.empty((3, 3)), np.empty((3, 3, 2))
+    point(x, here)
+    if not survey(data, here, ways, gradients):
+        return
+    for b in range(3):
+        way, length = ways[held[b]], data[2][held[b]]
+        shortest = down(length[0] - up(gap / multiplier[held[b]]))
+        change[b, 0], change[b, 1] = sub(shortest, length[1], way[LENGTH, 0], way[LENGTH, 1])
+    for _ in range(NARROWINGS):
+        for a in range(3):
+            # The line from x to the pose lies in here.
+            here[a, 0], here[a, 1] = min(box[a, 0], x[a]), max(box[a, 1], x[a])
+        if not survey(data, here, ways, gradients):
+            return
+        for b in range(3):
+            G[b] = gradients[held[b]]
+        if not preconditioner(G, C):
+            return
+        deviation(C, G, E)
+        for a in range(3):
+            lo, hi = x[a], x[a]
+            for b in range(3):
+                clo, chi = mul(C[a, b], C[a, b], change[b, 0], change[b, 1])
+                lo, hi = add(lo, hi, clo, chi)
+                clo, chi = sub(box[b, 0], box[b, 1], x[b], x[b])
+                clo, chi = mul(E[a, b, 0], E[a, b, 1], clo, chi)
+                lo, hi = add(lo, hi, clo, chi)
+            here[a, 0], here[a, 1] = max(box[a, 0], lo), min(box[a, 1], hi)
+            if not here[a, 0] <= here[a, 1]:
+                return
+        box[:] = here
 
 
 @entry()

@@ -196,3 +196,34 @@ def test_a_mass_that_leans_inward_alone_is_not_stable():
 
 def test_nothing_is_asked_of_a_cover_without_sides():
     assert (anywhere(2)[:, 0] == np.inf).all()
+
+
+@pytest.mark.parametrize("spring", [0.0, 300.0])
+def test_more_tight_cables_than_needed_leave_a_narrow_box(spring):
+    """Lengths of four or five tight cables up to rounding: one pose, as sharp as three lengths make it."""
+    x = np.array([0.3, -0.4, 1.0])
+    corners = [(2.0, 2.0, 5.0), (2.0, -2.0, 5.0), (-2.0, -2.0, 5.0), (-2.0, 2.0, 5.0)]
+    lines = [Line("one", np.array(p), radius=0.05, arm=0.1, lead=0.5) for p in corners]
+    lines.append(Line("fixed", np.array([0.0, 0.0, 6.0]), k=spring))
+    ways = [way(line, x) for line in lines]
+    lengths = np.array([one[0] for one in ways])
+    if spring:
+        lengths[4] -= 0.02
+    made = Made(lines, np.array([0.0, 0.0, -50.0]), lengths, x)
+    found = find_all(made.mass(), made.bounds(), Effort.of(5.0, None))
+    assert found.complete and len(found.poses) == 1
+    (fields,) = found.poses
+    lo, hi = fields.position.T
+    assert (lo - 1e-12 <= x).all() and (x <= hi + 1e-12).all()
+    assert (hi - lo < 1e-10).all()
+    assert "tensions may not be unique" in fields.note
+    # Tensions that a linear program finds lie in the bounds.
+    along = np.array([one[1] for one in ways])
+    pull = spring * 0.02
+    rest = made.load - pull * along[4]
+    for left_out in range(4):
+        three = [i for i in range(4) if i != left_out]
+        t = np.linalg.solve(along[three].T, rest)
+        if (t >= 0).all():
+            for i, tension in zip(three, t, strict=True):
+                assert fields.tensions[i, 0] - 1e-6 <= tension <= fields.tensions[i, 1] + 1e-6
