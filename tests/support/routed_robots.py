@@ -123,6 +123,9 @@ def way(line: Line, x: Array) -> tuple[float, Array] | None:
         delta = 0.5 * math.atan2(s, -y)
     elif line.kind == EXACT:
         delta = hung(line, s, y)
+        if delta is None and (line.arm - line.radius) * math.hypot(s, y + line.lead) < line.lead * s:
+            # The arm can hang on neither side of the straight line.
+            return None
     if delta is not None:
         found = held(line, s, y, delta)
         if found is None:

@@ -7,8 +7,9 @@ length wherever x > arm + radius. So all poses at which every cable is straight 
 minima of one convex function, on the same set of reach: where one of them is isolated there is no other. What
 is left to search are the cylinders x <= arm + radius around the swivel axes. A cable that is slack by a
 margin wider than any way around its pulley counts as one with x > arm + radius. None of this holds with the
-bisector, whose direction is no gradient, and where no such pose is known: then all that is in reach is
-searched.
+bisector, whose direction is no gradient; with two joints where the rope starts so near to A that the pulley
+can hang over its start, which leaves points without a way; and where no such pose is known. Then all that is
+in reach is searched.
 
 A cell is a row ``x lo, x hi, y lo, y hi, z lo, z hi, share``.
 
@@ -37,6 +38,7 @@ from cdpr_interval.mechanics.cables.ways import (
     ALONG,
     ARM,
     AXIS,
+    BALANCED,
     BISECTED,
     EXIT,
     FIXED,
@@ -126,6 +128,8 @@ def hangs_loose(route: Any, length: Any, box: Any) -> bool:
 def is_beyond(data: Any, i: int, box: Any, way: Any) -> bool:
     """Return what `all_beyond` does of one cable with this way (WAY, 2)."""
     route = data[0][i]
+    if route[KIND, 0] == BALANCED and not route[LEAD_IN, 0] > up(route[ARM, 1] + route[RADIUS, 1]):
+        return False
     loose = route[KIND, 0] != BISECTED and hangs_loose(route, data[2][i], box)
     return loose or beyond(route, way)
 

@@ -14,6 +14,7 @@ from cdpr_interval.mechanics.cables.ways import ACROSS, ALONG, LENGTH, WAY
 from cdpr_interval.mechanics.loaded import loaded
 from cdpr_interval.mechanics.stability import Stability
 from cdpr_interval.robots.cable_robot import Elasticity
+from solvers.point_mass.cell_rows import WIDTH
 from solvers.point_mass.controller import PointMass
 from solvers.point_mass.routed import cells
 from solvers.point_mass.routed.data import routed_mass
@@ -250,3 +251,66 @@ def test_a_box_over_data_holds_the_pose_of_every_choice(seed):
             pose = moved.settle(made.pose, taut, 12)
             if pose is not None:
                 assert is_kept(found, pose[0]), (seed, share)
+
+
+NOWHERE = np.column_stack([np.full(3, np.inf), np.full(3, -np.inf)])
+NO_CABLES = np.empty(0, dtype=np.int64)
+
+
+def keeps_the_pose(made, rng, spread):
+    """Return True when no cell around the planted pose is proved empty, and the first cells hold it."""
+    mass = made.mass()
+    data = data_for(mass, made.bounds(spread))
+    pose = (made.pose - made.lines[0].point) / mass.unit
+    stack, children = np.empty((64, WIDTH)), np.empty((4, WIDTH))
+    count = cells.first_cells(data, False, stack)
+    edge = 1e-9
+    first = (stack[:count, 0:6:2] - edge <= pose) & (pose <= stack[:count, 1:6:2] + edge)
+    if not first.all(axis=1).any():
+        return False
+    context = (data, False, NO_CABLES, NOWHERE, -1, 1e-12)
+    for _ in range(4):
+        cell, half = np.empty(WIDTH), 10.0 ** rng.uniform(-8, -0.3)
+        shift = np.array([rng.uniform(-0.999, 0.999) for _ in range(3)]) * half
+        cell[0:6:2], cell[1:6:2], cell[6] = pose + shift - half, pose + shift + half, 1.0
+        if cells.process(context, cell, children) == 0:
+            return False
+    return True
+
+
+@pytest.mark.parametrize("seed", range(700, 720))
+def test_no_cell_with_a_pose_is_proved_empty(seed):
+    """Many robots each, without a search."""
+    rng = Random(seed)
+    looked = 0
+    for _ in range(12):
+        made = planted(rng, [rng.choice(KINDS) for _ in range(rng.randint(1, 6))], rng.random() < 0.6)
+        if made is not None:
+            looked += 1
+            assert keeps_the_pose(made, rng, rng.choice([1e-10, 1e-5, 1e-2])), (seed, made)
+    assert looked > 2
+
+
+@pytest.mark.parametrize("seed", range(800, 830))
+def test_lengths_are_convex_where_ropes_leave_outward(seed):
+    """No tangent plane from beyond arm and radius lies above the length there, or above what hangs loose."""
+    rng = Random(seed)
+    line = random_line(rng, rng.choice([ONE, ONE, EXACT]))
+    line.lead = rng.choice([0.0 if line.kind == ONE else 0.3, 0.7, 3.0])
+    places = []
+    while len(places) < 12:
+        x = line.point + np.array([rng.gauss(0, 1) for _ in range(3)]) * rng.choice([0.3, 1, 3])
+        s = line.flat(x)[2]
+        found = way(line, x)
+        if found is not None:
+            places.append((x, s > line.wide, found))
+    loop = 4 * line.arm + 9 * line.radius
+    for x, outward, (length, along) in places:
+        if not outward:
+            continue
+        assert along @ line.flat(x)[0] >= 0
+        for other, beyond, (longer, _) in places:
+            plane = length + along @ (other - x)
+            assert plane <= np.linalg.norm(other - line.point) + line.lead + loop
+            if beyond:
+                assert plane <= longer + 1e-9, seed
