@@ -1,0 +1,241 @@
+"""The robots of Paty et al. 2021, and the pose each takes for the cable lengths of the simple model.
+
+Three cables at a time carry the load, as in the paper. The simple model (fixed exit points, no stretch)
+gives their lengths for a target; the pose is where the whole cables, over their pulleys and stretched, have
+the tensions that hold the load: for each cable of the set
+
+    L_i(X) = l_i (1 + t_i / EA),    sum t_i a_i = f,
+
+L_i and a_i being length and direction as `cdpr_interval.mechanics.cables.way_at` has them. Plain floats:
+nothing here is proved.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cdpr_interval.kernels.dense import solve_in_place
+from cdpr_interval.kernels.kernel import entry, kernel
+from cdpr_interval.mechanics.cables.route_rows import route_rows
+from cdpr_interval.mechanics.cables.way_at import way_at
+from cdpr_interval.robots.cable_robot import Cable, Elasticity, Platform, Robot
+from cdpr_interval.robots.numbers import Scalar, middle
+from cdpr_interval.robots.pulley import BISECTOR, EXACT, Pulley
+
+Floats = NDArray[np.float64]
+SIDE = HEIGHT = 5.0
+"""m, section 3.2."""
+MASS, GRAVITY, DIAMETER = 300, Fraction("9.81"), 0.004
+"""kg, m/s2, m: table 1; the paper does not print its gravity."""
+MODULUS, MODULUS_LEAST, MODULUS_MOST = 102.2e9, 67.2e9, 137.2e9
+"""Pa: table 1, and the ends of section 5."""
+TENSION_LIMIT = 5140.0
+"""N, table 1."""
+LEAD_IN = Fraction(5)
+"""m from the winch's exit C up to A: the paper does not print it; here C is on the floor."""
+ORIGIN = (Fraction(0), Fraction(0), Fraction(0))
+STEPS = 60
+"""Of Newton's method, most."""
+LONGEST_STEP, LAST_STEP = 0.25, 1e-12
+"""m."""
+NO_SET = -1
+
+
+@dataclass(frozen=True)
+class Design:
+    """A robot of the paper."""
+
+    cables: int
+    """3: on an equilateral triangle; 4: on a square."""
+    joints: int
+    """Of each pulley; 0: fixed exit points."""
+    arm: Scalar = Fraction("0.1")
+    radius: Scalar = Fraction("0.0665")
+    lead_in: Scalar = LEAD_IN
+
+    @property
+    def name(self) -> str:
+        """Return what the paper calls it."""
+        return f"CDPR{self.cables}{('', '_SR', '_DR')[self.joints]}"
+
+
+def corners(cables: int) -> Floats:
+    """Return the points A_i (cables, 3), m."""
+    half, inner = SIDE / 2, SIDE / math.sqrt(12)
+    flat = [(-half, -half), (half, -half), (half, half), (-half, half)]
+    if cables == 3:
+        flat = [(-half, -inner), (half, -inner), (0.0, 2 * inner)]
+    return np.array([(x, y, HEIGHT) for x, y in flat])
+
+
+def axial_stiffness(modulus: float) -> float:
+    """Return EA in N: the full section of the cable."""
+    return modulus * math.pi * DIAMETER**2 / 4
+
+
+def robot(design: Design, modulus: Scalar | tuple[float, float] | None = MODULUS) -> Robot:
+    """Return a robot of the paper; ``modulus`` is E in Pa, one or a range, None for cables without stretch."""
+    spring = None
+    if isinstance(modulus, tuple):
+        spring = Elasticity(axial_stiffness=(axial_stiffness(modulus[0]), axial_stiffness(modulus[1])))
+    elif modulus is not None:
+        spring = Elasticity(axial_stiffness=axial_stiffness(float(modulus)))
+    cables = (
+        Cable(f"c{i + 1}", tuple(map(float, a)), ORIGIN, spring, pulley=pulley(design))
+        for i, a in enumerate(corners(design.cables))
+    )
+    return Robot(design.name, Platform(MASS), tuple(cables), gravity=(0, 0, -GRAVITY))
+
+
+def pulley(design: Design) -> Pulley:
+    """Return the pulley of a design; the arm of two joints lies on the bisector, as in the paper."""
+    if design.joints == 0:
+        return Pulley(0, lead_in=design.lead_in)
+    balance = BISECTOR if design.joints == 2 else EXACT
+    return Pulley(design.radius, design.arm, design.joints, lead_in=design.lead_in, balance=balance)
+
+
+@kernel()
+def solve(routes: Any, cables: Any, lengths: Any, load: Any, compliance: float, x: Any, t: Any) -> bool:
+    """Move x (3,) to the pose that three cables hold, write their tensions t (3,); return whether one is found.
+
+    Newton's method in x, the tensions being those that balance the load (3,) in x; ``lengths`` (N,) are
+    without stretch, ``compliance`` is 1/EA. Where the direction is not quite a gradient steps are not quite
+    Newton's.
+    """
+    a, turning = np.empty((3, 3)), np.empty((3, 3, 3))
+    system, longer = np.empty((3, 7)), np.empty(3)
+    for _ in range(STEPS):
+        for i in range(3):
+            longer[i] = way_at(routes[cables[i]], x, a[i], turning[i])
+        # Columns: the load, then the derivatives of the forces by x, whose solutions are t and -dt/dx.
+        for j in range(3):
+            for i in range(3):
+                system[j, i] = a[i, j]
+            system[j, 3] = load[j]
+        if not solve_in_place(system, 3, 1):
+            return False
+        for i in range(3):
+            t[i] = system[i, 3]
+        for j in range(3):
+            for i in range(3):
+                system[j, i] = a[i, j]
+                system[j, 3 + i] = 0.0
+                for k in range(3):
+                    system[j, 3 + i] += t[k] * turning[k, j, i]
+        if not solve_in_place(system, 3, 3):
+            return False
+        for i in range(3):
+            stretch = compliance * lengths[cables[i]]
+            for j in range(3):
+                turning[0, i, j] = a[i, j] + stretch * system[i, 3 + j]
+            turning[1, i, 0] = lengths[cables[i]] + stretch * t[i] - longer[i]
+        for i in range(3):
+            for j in range(3):
+                system[i, j] = turning[0, i, j]
+            system[i, 3] = turning[1, i, 0]
+        if not solve_in_place(system, 3, 1):
+            return False
+        step = 0.0
+        for j in range(3):
+            step = max(step, abs(system[j, 3]))
+        if not step < math.inf:
+            return False
+        share = min(1.0, LONGEST_STEP / max(step, 1e-300))
+        for j in range(3):
+            x[j] += share * system[j, 3]
+        if step < LAST_STEP:
+            return True
+    return False
+
+
+@entry()
+def solve_all(
+    routes: Any, sets: Any, lengths: Any, load: Any, compliance: float, most: float, targets: Any,
+    poses: Any, tensions: Any, chosen: Any,
+) -> None:  # fmt: skip
+    """Write pose (T, 3), tensions (T, 3) and set of cables (T,) for each target (T, 3), m and N.
+
+    Of the sets (S, 3) whose tensions lie in [0, most] at their pose the one with the least distance from the
+    target; none: `NO_SET`, and the pose is not a number. ``lengths`` (T, N) are those of the simple model.
+    """
+    x, t = np.empty(3), np.empty(3)
+    for k in range(len(targets)):
+        chosen[k] = NO_SET
+        least = math.inf
+        for j in range(3):
+            poses[k, j] = tensions[k, j] = math.nan
+        for s in range(len(sets)):
+            for j in range(3):
+                x[j] = targets[k, j]
+            if not solve(routes, sets[s], lengths[k], load, compliance, x, t):
+                continue
+            error = 0.0
+            for j in range(3):
+                error += (x[j] - targets[k, j]) ** 2
+            if error < least and min(t[0], t[1], t[2]) >= 0.0 and max(t[0], t[1], t[2]) <= most:
+                least = error
+                chosen[k] = s
+                for j in range(3):
+                    poses[k, j], tensions[k, j] = x[j], t[j]
+
+
+@dataclass(frozen=True)
+class Poses:
+    """What the robot does for some targets; rows of what no set of cables can do are not numbers."""
+
+    targets: Floats
+    """(T, 3), m."""
+    position: Floats
+    """(T, 3), m."""
+    tensions: Floats
+    """(T, 3), N, of the chosen set."""
+    chosen: NDArray[np.int64]
+    """(T,): the number of the chosen set in `sets_of_three`, or `NO_SET`."""
+
+    @property
+    def error(self) -> Floats:
+        """Return the distances (T,) from the targets, m."""
+        return np.asarray(np.linalg.norm(self.position - self.targets, axis=1))
+
+    @property
+    def valid(self) -> NDArray[np.bool_]:
+        """Return which targets (T,) have a pose."""
+        return np.asarray(self.chosen != NO_SET)
+
+
+def sets_of_three(cables: int) -> NDArray[np.int64]:
+    """Return the sets of three cables (S, 3), numbered from 0."""
+    return np.array(list(itertools.combinations(range(cables), 3)), np.int64)
+
+
+def simple_lengths(design: Design, targets: Floats) -> Floats:
+    """Return the lengths (T, N) of the simple model: fixed exit points, the dead length included, m."""
+    rows = route_rows(robot(replace(design, joints=0), None), ORIGIN, Fraction(1))
+    direction, turning = np.empty(3), np.empty((3, 3))
+    return np.array([[way_at(row, x, direction, turning) for row in rows] for x in targets])
+
+
+def solved(
+    design: Design, targets: Floats, modulus: float | None = MODULUS, most: float = math.inf
+) -> Poses:
+    """Return the poses of a design for the simple model's lengths of targets (T, 3).
+
+    ``modulus`` is E in Pa, None for cables without stretch, ``most`` the largest tension allowed, N.
+    """
+    whole = robot(design, modulus)
+    routes = route_rows(whole, ORIGIN, Fraction(1))
+    compliance = 0.0 if modulus is None else 1.0 / axial_stiffness(modulus)
+    load = np.array([0.0, 0.0, -float(MASS * GRAVITY)])
+    count = len(targets)
+    found = np.empty((count, 3)), np.empty((count, 3)), np.empty(count, np.int64)
+    sets = sets_of_three(design.cables)
+    solve_all(routes, sets, simple_lengths(design, targets), load, compliance, most, targets, *found)
+    return Poses(targets, *found)
