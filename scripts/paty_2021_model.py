@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
@@ -26,7 +26,7 @@ from cdpr_interval.kernels.kernel import entry, kernel
 from cdpr_interval.mechanics.cables.route_rows import route_rows
 from cdpr_interval.mechanics.cables.way_at import way_at
 from cdpr_interval.robots.cable_robot import Cable, Elasticity, Platform, Robot
-from cdpr_interval.robots.numbers import Scalar, middle
+from cdpr_interval.robots.numbers import Scalar, exact
 from cdpr_interval.robots.pulley import BISECTOR, EXACT, Pulley
 
 Floats = NDArray[np.float64]
@@ -157,13 +157,22 @@ def solve(routes: Any, cables: Any, lengths: Any, load: Any, compliance: float, 
 
 
 @entry()
+def measure(routes: Any, targets: Any, lengths: Any) -> None:
+    """Write the lengths (T, N) of the ways of all cables to each target (T, 3), m."""
+    direction, turning = np.empty(3), np.empty((3, 3))
+    for k in range(len(targets)):
+        for i in range(len(routes)):
+            lengths[k, i] = way_at(routes[i], targets[k], direction, turning)
+
+
+@entry()
 def solve_all(
-    routes: Any, sets: Any, lengths: Any, load: Any, compliance: float, most: float, targets: Any,
+    routes: Any, sets: Any, lengths: Any, load: Any, compliance: float, targets: Any,
     poses: Any, tensions: Any, chosen: Any,
 ) -> None:  # fmt: skip
     """Write pose (T, 3), tensions (T, 3) and set of cables (T,) for each target (T, 3), m and N.
 
-    Of the sets (S, 3) whose tensions lie in [0, most] at their pose the one with the least distance from the
+    Of the sets (S, 3) without a negative tension at their pose the one with the least distance from the
     target; none: `NO_SET`, and the pose is not a number. ``lengths`` (T, N) are those of the simple model.
     """
     x, t = np.empty(3), np.empty(3)
@@ -180,7 +189,7 @@ def solve_all(
             error = 0.0
             for j in range(3):
                 error += (x[j] - targets[k, j]) ** 2
-            if error < least and min(t[0], t[1], t[2]) >= 0.0 and max(t[0], t[1], t[2]) <= most:
+            if error < least and min(t[0], t[1], t[2]) >= 0.0:
                 least = error
                 chosen[k] = s
                 for j in range(3):
@@ -210,32 +219,55 @@ class Poses:
         """Return which targets (T,) have a pose."""
         return np.asarray(self.chosen != NO_SET)
 
+    @property
+    def within(self) -> NDArray[np.bool_]:
+        """Return which targets (T,) have a pose whose tensions are within the paper's limit."""
+        return np.asarray(self.valid & (self.tensions <= TENSION_LIMIT).all(axis=1))
+
 
 def sets_of_three(cables: int) -> NDArray[np.int64]:
     """Return the sets of three cables (S, 3), numbered from 0."""
     return np.array(list(itertools.combinations(range(cables), 3)), np.int64)
 
 
-def simple_lengths(design: Design, targets: Floats) -> Floats:
+def simple_lengths(whole: Robot, targets: Floats) -> Floats:
     """Return the lengths (T, N) of the simple model: fixed exit points, the dead length included, m."""
-    rows = route_rows(robot(replace(design, joints=0), None), ORIGIN, Fraction(1))
-    direction, turning = np.empty(3), np.empty((3, 3))
-    return np.array([[way_at(row, x, direction, turning) for row in rows] for x in targets])
+    bare = whole.replace(cables=tuple(cable.replace(pulley=without_radius(cable)) for cable in whole.cables))
+    lengths = np.empty((len(targets), len(bare.cables)))
+    measure(routes(bare), targets, lengths)
+    return lengths
 
 
-def solved(
-    design: Design, targets: Floats, modulus: float | None = MODULUS, most: float = math.inf
-) -> Poses:
-    """Return the poses of a design for the simple model's lengths of targets (T, 3).
+def without_radius(cable: Cable) -> Pulley:
+    """Return the fixed exit point in place of a cable's pulley, the dead length kept."""
+    return Pulley(0, lead_in=0 if cable.pulley is None else cable.pulley.lead_in)
 
-    ``modulus`` is E in Pa, None for cables without stretch, ``most`` the largest tension allowed, N.
-    """
-    whole = robot(design, modulus)
-    routes = route_rows(whole, ORIGIN, Fraction(1))
-    compliance = 0.0 if modulus is None else 1.0 / axial_stiffness(modulus)
+
+def routes(whole: Robot) -> Floats:
+    """Return the routes (N, ROUTE, 2) of the cables of a robot, base frame, m."""
+    return route_rows(whole, ORIGIN, Fraction(1))
+
+
+def solved(whole: Robot, targets: Floats) -> Poses:
+    """Return the poses of a robot for the simple model's lengths of targets (T, 3); all cables stretch alike."""
+    spring = whole.cables[0].elasticity
+    compliance = 0.0
+    if spring is not None:
+        assert spring.axial_stiffness is not None
+        compliance = 1.0 / float(exact(spring.axial_stiffness))
     load = np.array([0.0, 0.0, -float(MASS * GRAVITY)])
-    count = len(targets)
+    lengths, count = simple_lengths(whole, targets), len(targets)
     found = np.empty((count, 3)), np.empty((count, 3)), np.empty(count, np.int64)
-    sets = sets_of_three(design.cables)
-    solve_all(routes, sets, simple_lengths(design, targets), load, compliance, most, targets, *found)
+    solve_all(routes(whole), sets_of_three(len(whole.cables)), lengths, load, compliance, targets, *found)
     return Poses(targets, *found)
+
+
+def ends(whole: Robot) -> tuple[Robot, ...]:
+    """Return a robot whose cables have a range of stiffness with the lower and with the upper end for all."""
+    sides = zip(*(cable.elasticity.ends() for cable in whole.cables if cable.elasticity), strict=True)
+    return tuple(
+        whole.replace(
+            cables=tuple(c.replace(elasticity=end) for c, end in zip(whole.cables, side, strict=True))
+        )
+        for side in sides
+    )

@@ -1,0 +1,204 @@
+"""Section 4 of Paty et al. 2021: the design of experiments and the best arm for each radius."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from paty_2021_model import MODULUS, Design, robot
+from paty_2021_rows import Row, claim, number, unprinted
+from paty_2021_targets import Settings, mean
+
+ONE_JOINT, TWO_JOINTS = 1, 2
+NAMES = {ONE_JOINT: "SR", TWO_JOINTS: "DR"}
+
+
+@dataclass(frozen=True)
+class Test:
+    """A test of the design of experiments, table 2."""
+
+    joints: int
+    arm: str
+    radius: str
+    """m."""
+
+
+TESTS = tuple(itertools.starmap(Test, itertools.product((1, 2), ("0.1", "0.15"), ("0.035", "0.098"))))
+"""In the order of table 2."""
+FACTORS = ("joint", "h", "r")
+
+
+def responses(settings: Settings) -> tuple[list[float], list[int], int]:
+    """Return the mean errors of the eight tests in m, their numbers of targets held, and that of all."""
+    found = [
+        mean(robot(Design(4, test.joints, test.arm, test.radius, settings.lead_in)), settings.points)
+        for test in TESTS
+    ]
+    return [m.error for m in found], [m.valid for m in found], found[0].total
+
+
+def effects(values: Sequence[float]) -> dict[tuple[str, ...], float]:
+    """Return the effects of factors and their interactions: means of the responses with their signs."""
+    signs = np.array(list(itertools.product((-1, 1), repeat=len(FACTORS))))
+    found = {}
+    for size in range(1, len(FACTORS) + 1):
+        for chosen in itertools.combinations(range(len(FACTORS)), size):
+            sign = signs[:, chosen].prod(axis=1)
+            found[tuple(FACTORS[i] for i in chosen)] = float((sign * values).mean())
+    return found
+
+
+def experiments(settings: Settings) -> Iterator[Row]:
+    """Section 4.2: the mean errors of the eight tests, and the effects."""
+    y, valid, total = responses(settings)
+    for i, test in enumerate(TESTS):
+        name = f"test {i + 1}: {NAMES[test.joints]}, h {1000 * float(test.arm):.0f}, r {1000 * float(test.radius):.0f} mm"
+        quantity = f"{name}: mean error, m"
+        missed = f"{total - valid[i]} of {total} targets left out: no three cables hold them"
+        remark = missed if valid[i] < total else ""
+        printed = {0: ("0.05", y[0] == min(y)), 6: ("0.29", y[6] == max(y))}.get(i)
+        if printed is None:
+            yield unprinted(quantity, f"{y[i]:.5f}", remark)
+        else:
+            yield number(quantity, *printed, remark)
+    spread = max(y) - min(y)
+    yield claim("largest less least mean more than 0.24 m", f"{spread:.4f} m", spread > 0.24)
+    yield from orders(y)
+    yield from sizes(effects(y))
+
+
+def orders(y: Sequence[float]) -> Iterator[Row]:
+    """Yield what the paper says of the order of the tests."""
+    order = [int(i) + 1 for i in np.argsort(y)]
+    text = " ".join(map(str, order))
+    yield claim("tests 1 and 6 err least", f"by mean error: {text}", set(order[:2]) == {1, 6})
+    yield claim("test 1 errs least of one joint, 6 of two", text, min(y[:4]) == y[0] and min(y[4:]) == y[5])
+    yield claim("test 7 errs most, test 2 most of one joint", text, order[-1] == 7 and max(y[:4]) == y[1])
+
+
+def sizes(found: dict[tuple[str, ...], float]) -> Iterator[Row]:
+    """Yield the effects, and what the paper says of them."""
+    for names, value in found.items():
+        yield unprinted(f"effect of {' x '.join(names)} (half of high less low), m", f"{value:+.5f}")
+    size = {names: abs(value) for names, value in found.items()}
+    largest = max(size, key=lambda names: size[names])
+    most = size[largest]
+    yield claim("joint x r has the largest effect", f"{' x '.join(largest)}", largest == ("joint", "r"))
+    yield claim(
+        "the joint alone has a small effect (here: less than a fifth of the largest)",
+        f"{size['joint',] / most:.2f} of the largest",
+        size["joint",] < most / 5,
+    )
+    third = size[FACTORS]
+    yield claim(
+        "the interaction of all three is weak (likewise)",
+        f"{third / most:.2f} of the largest",
+        third < most / 5,
+    )
+    yield claim(
+        "joint x h cannot be neglected (more than a fifth)",
+        f"{size['joint', 'h'] / most:.2f} of the largest",
+        size["joint", "h"] > most / 5,
+    )
+
+
+@dataclass(frozen=True)
+class Optimum:
+    """The arm with the least mean error at a radius."""
+
+    radius: float
+    arm: float
+    """m."""
+    error: float
+    """m."""
+
+    @property
+    def slope(self) -> float:
+        """Return h / r."""
+        return self.arm / self.radius
+
+
+LONGEST_ARM = 5.0
+"""In radii: twice what is found with one joint."""
+ARM_STEP = 1e-5
+"""m."""
+GOLDEN = (math.sqrt(5) - 1) / 2
+
+
+def optimum(joints: int, radius: str, settings: Settings, modulus: float | None = MODULUS) -> Optimum:
+    """Return the best arm at a radius in m, by golden section."""
+
+    def error(arm: float) -> float:
+        design = Design(4, joints, arm, radius, settings.lead_in)
+        return mean(robot(design, modulus), settings.line_points).error
+
+    r = float(radius)
+    lo, hi = r, LONGEST_ARM * r
+    left, right = hi - GOLDEN * (hi - lo), lo + GOLDEN * (hi - lo)
+    at_left, at_right = error(left), error(right)
+    while hi - lo > ARM_STEP:
+        if at_left < at_right:
+            hi, right, at_right = right, left, at_left
+            left = hi - GOLDEN * (hi - lo)
+            at_left = error(left)
+        else:
+            lo, left, at_left = left, right, at_right
+            right = lo + GOLDEN * (hi - lo)
+            at_right = error(right)
+    arm = (lo + hi) / 2
+    return Optimum(r, arm, error(arm))
+
+
+SLOPES = {ONE_JOINT: "3.077", TWO_JOINTS: "1.25"}
+"""Equations 17 and 18: 40/13 and 5/4."""
+RADII = {ONE_JOINT: ("0.035", "0.02", "0.05"), TWO_JOINTS: ("0.08", "0.04", "0.06")}
+"""m; the first is that of table 3."""
+
+
+def optima(settings: Settings) -> Iterator[Row]:
+    """Section 4.3: the best arm for each radius."""
+    slopes = {}
+    for joints, name in NAMES.items():
+        found = [optimum(joints, radius, settings) for radius in RADII[joints]]
+        slopes[joints] = found[0].slope
+        at = f"r = {1000 * found[0].radius:.0f} mm"
+        yield number(f"{name}: h / r of the optimum line, {at}", SLOPES[joints], found[0].slope)
+        rigid = optimum(joints, RADII[joints][0], settings, None)
+        yield number(f"{name}: the same for cables without stretch", SLOPES[joints], rigid.slope)
+        yield from on_a_line(name, sorted(found, key=lambda best: best.radius))
+    none = mean(robot(Design(4, 0, lead_in=settings.lead_in)), settings.line_points).error
+    yield claim(
+        "at h = r = 0 the extended model is the simple one: no error",
+        f"{1000 * none:.2f} mm",
+        none < 1e-6,
+        "the stretch of the cables stays",
+    )
+    yield claim(
+        "the line of two joints is less steep than that of one",
+        f"{slopes[TWO_JOINTS]:.3f} < {slopes[ONE_JOINT]:.3f}",
+        slopes[TWO_JOINTS] < slopes[ONE_JOINT],
+    )
+
+
+def on_a_line(name: str, found: Sequence[Optimum]) -> Iterator[Row]:
+    """Yield the optima of a kind of pulley by radius, and what the paper says of their line."""
+    for best in found:
+        yield unprinted(
+            f"{name}: h / r and least mean error at r = {1000 * best.radius:.0f} mm",
+            f"{best.slope:.3f}, {1000 * best.error:.2f} mm",
+        )
+    slopes = [best.slope for best in found]
+    yield claim(
+        f"{name}: the optima lie on a line through the origin (h / r within 1 %)",
+        f"h / r from {min(slopes):.3f} to {max(slopes):.3f}",
+        max(slopes) < 1.01 * min(slopes),
+    )
+    errors = [best.error for best in found]
+    yield claim(
+        f"{name}: on it the error falls towards the origin",
+        ", ".join(f"{1000 * error:.2f}" for error in errors) + " mm",
+        errors == sorted(errors),
+    )
