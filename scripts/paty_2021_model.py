@@ -81,7 +81,7 @@ def axial_stiffness(modulus: float) -> float:
 
 
 def robot(design: Design, modulus: Scalar | tuple[float, float] | None = MODULUS) -> Robot:
-    """Return a robot of the paper; ``modulus`` is E in Pa, one or a range, None for cables without stretch."""
+    """Return a robot of the paper; ``modulus`` is E in Pa, None: no stretch."""
     spring = None
     if isinstance(modulus, tuple):
         spring = Elasticity(axial_stiffness=(axial_stiffness(modulus[0]), axial_stiffness(modulus[1])))
@@ -104,7 +104,7 @@ def pulley(design: Design) -> Pulley:
 
 @kernel()
 def solve(routes: Any, cables: Any, lengths: Any, load: Any, compliance: float, x: Any, t: Any) -> bool:
-    """Move x (3,) to the pose that three cables hold, write their tensions t (3,); return whether one is found.
+    """Move x (3,) to the pose that three cables hold, write their tensions t (3,); say whether it is found.
 
     Newton's method in x, the tensions being those that balance the load (3,) in x; ``lengths`` (N,) are
     without stretch, ``compliance`` is 1/EA. Where the direction is not quite a gradient steps are not quite
@@ -249,7 +249,7 @@ def routes(whole: Robot) -> Floats:
 
 
 def solved(whole: Robot, targets: Floats) -> Poses:
-    """Return the poses of a robot for the simple model's lengths of targets (T, 3); all cables stretch alike."""
+    """Return the poses of a robot for the simple lengths of targets (T, 3); all cables stretch alike."""
     spring = whole.cables[0].elasticity
     compliance = 0.0
     if spring is not None:

@@ -8,16 +8,16 @@ from typing import Any
 
 REPRODUCED, SHAPE, NOT, UNPRINTED = "reproduced", "shape only", "not", "-"
 CLOSE = 0.01
-"""Relative difference up to which a number is reproduced, also where it rounds to other digits than printed: a
-mean depends on its grid in the third digit, and the paper does not say how its points are distributed."""
+"""Relative difference up to which a number is reproduced, also where it rounds to other digits than printed:
+means depend on the grid in the third digit, and the paper does not say how its points are distributed."""
 ALIKE = 0.15
 """Relative difference up to which it still is of the printed size."""
-RULES = (
-    f"reproduced: rounds to the printed digits, or is within {100 * CLOSE:.0f} % of them; shape only: within"
-    f" {100 * ALIKE:.0f} %, and what the\npaper says about the number (its place, order or sign) holds here;"
-    " not: neither. What is stated in words is reproduced or\nnot; what the paper draws without a number has"
-    " no verdict."
-)
+RULES = f"""\
+reproduced  rounds to the printed digits, or is within {100 * CLOSE:.0f} % of them, and what the paper says of
+            it (its place, order or sign) holds here
+shape only  within {100 * ALIKE:.0f} %, and what the paper says of it holds here
+not         neither
+What is stated in words is reproduced or not; what the paper draws without a number has no verdict."""
 
 
 @dataclass(frozen=True)
@@ -76,10 +76,11 @@ def half_a_digit(printed: str) -> float:
     return float(Decimal(5).scaleb(int(Decimal(printed).as_tuple().exponent) - 1))
 
 
-def number(quantity: str, printed: str, value: float, holds: bool | None = None, remark: str = "") -> Row:
+def number(quantity: str, printed: str, value: float, holds: Any = None, remark: str = "") -> Row:
     """Return the row of a printed number; ours is shown with two digits more."""
     places = max(0, -int(Decimal(printed).as_tuple().exponent)) + 2
-    return Row(quantity, f"{value:.{places}f}", printed, float(value), holds, remark)
+    said = None if holds is None else bool(holds)
+    return Row(quantity, f"{value:.{places}f}", printed, float(value), said, remark)
 
 
 def claim(statement: str, ours: str, holds: Any, remark: str = "") -> Row:

@@ -15,8 +15,8 @@ from cdpr_interval.robots.numbers import Scalar
 MIDDLE = 2.5
 """m: height of the plane."""
 HALF_WIDTH, TOP = 2.314, 3.75
-"""m, of the box of the averages: the printed volume 80.31 m3 of RW_C over the height at which the path of section
-5 ends. The paper prints neither."""
+"""m, of the box of the averages, RW_C: the printed volume is 80.31 m3, and the path of section 5 ends at this
+height."""
 
 
 @dataclass(frozen=True)
@@ -24,8 +24,8 @@ class Settings:
     """How finely the study asks."""
 
     points: int = 50
-    """Across the box of the averages each way, twice as many upward; the paper's number, 250000, comes with 50."""
-    line_points: int = 20
+    """Across the box of the averages each way, twice as many upward: 250000 in all, as in the paper."""
+    line_points: int = 30
     """The same where the optima are searched."""
     path_points: int = 1001
     plane_intervals: int = 60

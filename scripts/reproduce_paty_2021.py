@@ -1,6 +1,6 @@
-"""Print the study of Paty et al. 2021, "Cable-Driven Parallel Robot Modelling Considering Pulley Kinematics
-and Cable Elasticity", beside what comes out with the cables of this package.
+"""Print the study of Paty et al. 2021 on pulleys and elasticity beside what comes out with our cables.
 
+The paper: "Cable-Driven Parallel Robot Modelling Considering Pulley Kinematics and Cable Elasticity".
 The paper asks how far a robot is from where it should be when its cable lengths come from the simple model:
 fixed exit points, no stretch. Three cables carry the load; of the sets of three without a negative tension
 the one with the least error counts. What the paper does not print is chosen here: A_i on the corners at
@@ -52,7 +52,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
         "--points", type=int, default=default.points, metavar="N",
         help="averages over N x N x 2N targets (default: %(default)s, the paper's number)",
     )  # fmt: skip
-    parser.add_argument("--full", action="store_true", help="search optimum lines on that grid, too")
+    parser.add_argument(
+        "--full",
+        action="store_true",
+        help="search optimum lines on that grid, too, and ask closer on the plane",
+    )
     parser.add_argument("--lead-in", type=Decimal, metavar="M", help="from C up to A, m (default: 5)")
     parser.add_argument("--json", type=Path, metavar="FILE", help="also write this file")
     parser.add_argument("--pictures", type=Path, metavar="DIR", help="also draw (extra 'plot')")
@@ -66,7 +70,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         parser.error(f"--lead-in: must be above 0, got {options.lead_in}")
     lead_in = LEAD_IN if options.lead_in is None else options.lead_in
     lines = options.points if options.full else min(options.points, default.line_points)
-    settings = Settings(options.points, lines, lead_in=lead_in)
+    intervals = 4 * default.plane_intervals if options.full else default.plane_intervals
+    settings = Settings(options.points, lines, plane_intervals=intervals, lead_in=lead_in)
     found = {name: table(name, settings) for name in options.parts or PARTS}
     verdicts = Counter(row.verdict for rows in found.values() for row in rows if row.verdict != UNPRINTED)
     print("\n" + ", ".join(f"{count} {verdict}" for verdict, count in sorted(verdicts.items(), reverse=True)))
