@@ -6,6 +6,8 @@ import itertools
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from fractions import Fraction
+from functools import cache
 
 import numpy as np
 from paty_2021_model import MODULUS, Design, robot
@@ -17,27 +19,30 @@ NAMES = {ONE_JOINT: "SR", TWO_JOINTS: "DR"}
 
 
 @dataclass(frozen=True)
-class Test:
+class Trial:
     """A test of the design of experiments, table 2."""
 
     joints: int
-    arm: str
-    radius: str
+    arm: Fraction
+    radius: Fraction
     """m."""
 
 
-TESTS = tuple(itertools.starmap(Test, itertools.product((1, 2), ("0.1", "0.15"), ("0.035", "0.098"))))
+ARMS, RADII = (Fraction("0.1"), Fraction("0.15")), (Fraction("0.035"), Fraction("0.098"))
+"""m: the levels of the factors."""
+TRIALS = tuple(itertools.starmap(Trial, itertools.product(NAMES, ARMS, RADII)))
 """In the order of table 2."""
 FACTORS = ("joint", "h", "r")
 
 
-def responses(settings: Settings) -> tuple[list[float], list[int], int]:
+@cache
+def responses(settings: Settings) -> tuple[tuple[float, ...], tuple[int, ...], int]:
     """Return the mean errors of the eight tests in m, their numbers of targets held, and that of all."""
     found = [
-        mean(robot(Design(4, test.joints, test.arm, test.radius, settings.lead_in)), settings.points)
-        for test in TESTS
+        mean(robot(Design(4, trial.joints, trial.arm, trial.radius, settings.lead_in)), settings.points)
+        for trial in TRIALS
     ]
-    return [m.error for m in found], [m.valid for m in found], found[0].total
+    return tuple(m.error for m in found), tuple(m.valid for m in found), found[0].total
 
 
 def effects(values: Sequence[float]) -> dict[tuple[str, ...], float]:
@@ -55,9 +60,9 @@ def experiments(settings: Settings) -> Iterator[Row]:
     """Section 4.2: the mean errors of the eight tests, and the effects."""
     y, valid, total = responses(settings)
     stated = {0: ("0.05", y[0] == min(y)), 6: ("0.29", y[6] == max(y))}
-    for i, test in enumerate(TESTS):
-        arm, radius = (1000 * float(x) for x in (test.arm, test.radius))
-        quantity = f"test {i + 1}: {NAMES[test.joints]}, h {arm:.0f}, r {radius:.0f} mm: mean error, m"
+    for i, trial in enumerate(TRIALS):
+        arm, radius = (1000 * float(x) for x in (trial.arm, trial.radius))
+        quantity = f"test {i + 1}: {NAMES[trial.joints]}, h {arm:.0f}, r {radius:.0f} mm: mean error, m"
         missed = total - valid[i]
         remark = f"{missed} of {total} targets left out: no three cables hold them" if missed else ""
         if i in stated:
@@ -122,11 +127,11 @@ ARM_STEP = 1e-5
 GOLDEN = (math.sqrt(5) - 1) / 2
 
 
-def optimum(joints: int, radius: str, settings: Settings, modulus: float | None = MODULUS) -> Optimum:
+def optimum(joints: int, radius: Fraction, settings: Settings, modulus: float | None = MODULUS) -> Optimum:
     """Return the best arm at a radius in m, by golden section."""
 
     def error(arm: float) -> float:
-        design = Design(4, joints, arm, radius, settings.lead_in)
+        design = Design(4, joints, Fraction(arm), radius, settings.lead_in)
         return mean(robot(design, modulus), settings.line_points).error
 
     r = float(radius)
@@ -148,19 +153,24 @@ def optimum(joints: int, radius: str, settings: Settings, modulus: float | None 
 
 SLOPES = {ONE_JOINT: "3.077", TWO_JOINTS: "1.25"}
 """Equations 17 and 18: 40/13 and 5/4."""
-RADII = {ONE_JOINT: ("0.035", "0.02", "0.05"), TWO_JOINTS: ("0.08", "0.04", "0.06")}
-"""m; the first is that of table 3."""
+BEST_RADIUS = {ONE_JOINT: Fraction("0.035"), TWO_JOINTS: Fraction("0.08")}
+"""m, table 3."""
+OTHER_RADII = {
+    ONE_JOINT: (Fraction("0.02"), Fraction("0.05")),
+    TWO_JOINTS: (Fraction("0.04"), Fraction("0.06")),
+}
+"""m."""
 
 
 def optima(settings: Settings) -> Iterator[Row]:
     """Section 4.3: the best arm for each radius."""
     slopes = {}
     for joints, name in NAMES.items():
-        found = [optimum(joints, radius, settings) for radius in RADII[joints]]
+        found = [optimum(joints, radius, settings) for radius in (BEST_RADIUS[joints], *OTHER_RADII[joints])]
         slopes[joints] = found[0].slope
         at = f"r = {1000 * found[0].radius:.0f} mm"
         yield number(f"{name}: h / r of the optimum line, {at}", SLOPES[joints], found[0].slope)
-        rigid = optimum(joints, RADII[joints][0], settings, None)
+        rigid = optimum(joints, BEST_RADIUS[joints], settings, None)
         yield number(f"{name}: the same for cables without stretch", SLOPES[joints], rigid.slope)
         yield from on_a_line(name, sorted(found, key=lambda best: best.radius))
     none = mean(robot(Design(4, 0, lead_in=settings.lead_in)), settings.line_points).error
@@ -186,7 +196,7 @@ def on_a_line(name: str, found: Sequence[Optimum]) -> Iterator[Row]:
         )
     slopes = [best.slope for best in found]
     yield claim(
-        f"{name}: the optima lie on a line through the origin (h / r within 1 %)",
+        f"{name}: the optima lie on a line through the origin (within 1 %)",
         f"h / r from {min(slopes):.3f} to {max(slopes):.3f}",
         max(slopes) < 1.01 * min(slopes),
     )

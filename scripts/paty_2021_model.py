@@ -21,18 +21,19 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from cdpr_interval.exact.range import Range
 from cdpr_interval.kernels.dense import solve_in_place
 from cdpr_interval.kernels.kernel import entry, kernel
 from cdpr_interval.mechanics.cables.route_rows import route_rows
 from cdpr_interval.mechanics.cables.way_at import way_at
 from cdpr_interval.robots.cable_robot import Cable, Elasticity, Platform, Robot
-from cdpr_interval.robots.numbers import Scalar, exact
+from cdpr_interval.robots.numbers import exact
 from cdpr_interval.robots.pulley import BISECTOR, EXACT, Pulley
 
 Floats = NDArray[np.float64]
 SIDE = HEIGHT = 5.0
 """m, section 3.2."""
-MASS, GRAVITY, DIAMETER = 300, Fraction("9.81"), 0.004
+MASS, GRAVITY, DIAMETER = Fraction(300), Fraction("9.81"), 0.004
 """kg, m/s2, m: table 1; the paper does not print its gravity."""
 MODULUS, MODULUS_LEAST, MODULUS_MOST = 102.2e9, 67.2e9, 137.2e9
 """Pa: table 1, and the ends of section 5."""
@@ -40,7 +41,8 @@ TENSION_LIMIT = 5140.0
 """N, table 1."""
 LEAD_IN = Fraction(5)
 """m from the winch's exit C up to A: the paper does not print it; here C is on the floor."""
-ORIGIN = (Fraction(0), Fraction(0), Fraction(0))
+NONE = Fraction(0)
+ORIGIN = (NONE, NONE, NONE)
 STEPS = 60
 """Of Newton's method, most."""
 LONGEST_STEP, LAST_STEP = 0.25, 1e-12
@@ -56,9 +58,11 @@ class Design:
     """3: on an equilateral triangle; 4: on a square."""
     joints: int
     """Of each pulley; 0: fixed exit points."""
-    arm: Scalar = Fraction("0.1")
-    radius: Scalar = Fraction("0.0665")
-    lead_in: Scalar = LEAD_IN
+    arm: Fraction = Fraction("0.1")
+    """h, m."""
+    radius: Fraction = Fraction("0.0665")
+    """r_p, m."""
+    lead_in: Fraction = LEAD_IN
 
     @property
     def name(self) -> str:
@@ -75,29 +79,29 @@ def corners(cables: int) -> Floats:
     return np.array([(x, y, HEIGHT) for x, y in flat])
 
 
-def axial_stiffness(modulus: float) -> float:
+def axial_stiffness(modulus: float) -> Fraction:
     """Return EA in N: the full section of the cable."""
-    return modulus * math.pi * DIAMETER**2 / 4
+    return Fraction(modulus * math.pi * DIAMETER**2 / 4)
 
 
-def robot(design: Design, modulus: Scalar | tuple[float, float] | None = MODULUS) -> Robot:
-    """Return a robot of the paper; ``modulus`` is E in Pa, None: no stretch."""
+def robot(design: Design, modulus: float | tuple[float, float] | None = MODULUS) -> Robot:
+    """Return a robot of the paper; ``modulus`` is E in Pa, two for a range, None for no stretch."""
     spring = None
     if isinstance(modulus, tuple):
-        spring = Elasticity(axial_stiffness=(axial_stiffness(modulus[0]), axial_stiffness(modulus[1])))
+        spring = Elasticity(axial_stiffness=Range(*map(axial_stiffness, modulus)))
     elif modulus is not None:
-        spring = Elasticity(axial_stiffness=axial_stiffness(float(modulus)))
-    cables = (
-        Cable(f"c{i + 1}", tuple(map(float, a)), ORIGIN, spring, pulley=pulley(design))
-        for i, a in enumerate(corners(design.cables))
-    )
-    return Robot(design.name, Platform(MASS), tuple(cables), gravity=(0, 0, -GRAVITY))
+        spring = Elasticity(axial_stiffness=axial_stiffness(modulus))
+    cables = []
+    for i, corner in enumerate(corners(design.cables)):
+        x, y, z = map(Fraction, corner)
+        cables.append(Cable(f"c{i + 1}", (x, y, z), ORIGIN, spring, pulley=pulley(design)))
+    return Robot(design.name, Platform(MASS), tuple(cables), gravity=(NONE, NONE, -GRAVITY))
 
 
 def pulley(design: Design) -> Pulley:
     """Return the pulley of a design; the arm of two joints lies on the bisector, as in the paper."""
     if design.joints == 0:
-        return Pulley(0, lead_in=design.lead_in)
+        return Pulley(NONE, lead_in=design.lead_in)
     balance = BISECTOR if design.joints == 2 else EXACT
     return Pulley(design.radius, design.arm, design.joints, lead_in=design.lead_in, balance=balance)
 
@@ -240,7 +244,7 @@ def simple_lengths(whole: Robot, targets: Floats) -> Floats:
 
 def without_radius(cable: Cable) -> Pulley:
     """Return the fixed exit point in place of a cable's pulley, the dead length kept."""
-    return Pulley(0, lead_in=0 if cable.pulley is None else cable.pulley.lead_in)
+    return Pulley(NONE, lead_in=NONE if cable.pulley is None else cable.pulley.lead_in)
 
 
 def routes(whole: Robot) -> Floats:

@@ -7,15 +7,15 @@ from decimal import Decimal
 from typing import Any
 
 REPRODUCED, SHAPE, NOT, UNPRINTED = "reproduced", "shape only", "not", "-"
-CLOSE = 0.01
+CLOSE = 0.02
 """Relative difference up to which a number is reproduced, also where it rounds to other digits than printed:
 means depend on the grid in the third digit, and the paper does not say how its points are distributed."""
-ALIKE = 0.15
+ALIKE = 0.125
 """Relative difference up to which it still is of the printed size."""
 RULES = f"""\
 reproduced  rounds to the printed digits, or is within {100 * CLOSE:.0f} % of them, and what the paper says of
             it (its place, order or sign) holds here
-shape only  within {100 * ALIKE:.0f} %, and what the paper says of it holds here
+shape only  within {100 * ALIKE:.1f} %, and what the paper says of it holds here
 not         neither
 What is stated in words is reproduced or not; what the paper draws without a number has no verdict."""
 

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from fractions import Fraction
 
 import numpy as np
 from numpy.typing import NDArray
 from paty_2021_model import LEAD_IN, SIDE, Floats, Poses, corners, solved
 
 from cdpr_interval.robots.cable_robot import Robot
-from cdpr_interval.robots.numbers import Scalar
 
 MIDDLE = 2.5
 """m: height of the plane."""
@@ -29,7 +29,7 @@ class Settings:
     """The same where the optima are searched."""
     path_points: int = 1001
     plane_intervals: int = 60
-    lead_in: Scalar = LEAD_IN
+    lead_in: Fraction = LEAD_IN
 
 
 @dataclass(frozen=True)
