@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from decimal import Decimal
 from typing import Any
@@ -63,7 +64,7 @@ class Row:
         return {
             "quantity": self.quantity,
             "printed": self.printed,
-            "value": self.value,
+            "value": self.value if self.value is not None and math.isfinite(self.value) else None,
             "ours": self.ours,
             "holds": self.holds,
             "verdict": self.verdict,
