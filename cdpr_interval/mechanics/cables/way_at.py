@@ -1,8 +1,8 @@
 """The way of a cable to a point in plain floats, compiled: for guesses that are proved elsewhere.
 
-Arrays: ``route`` (ROUTE, 2) as `cdpr_interval.mechanics.cables.ways` has it, of which the middles count; ``x``
-(3,) the anchor; ``a`` (3,) its direction, written; ``turning`` (3, 3) da/dX, written; ``n`` (2,) the normal where
-a leg touches the pulley.
+Arrays: ``route`` (ROUTE, 2) as `cdpr_interval.mechanics.cables.ways` has it, of which the middles count;
+``x`` (3,) the anchor; ``a`` (3,) its direction, written; ``turning`` (3, 3) da/dX, written; ``n`` (2,) the
+normal where a leg touches the pulley.
 """
 
 from __future__ import annotations

@@ -1,11 +1,12 @@
 """The ways of cables to all points of a box, compiled: lengths, directions and their derivatives, enclosed.
 
-The formulas are those of `cdpr_interval.mechanics.cables.pulley`; a fixed exit point is a route of its own kind.
+The formulas are those of `cdpr_interval.mechanics.cables.pulley`; a fixed exit point is a route of its own
+kind.
 
 Arrays: ``route`` (ROUTE, 2) is a row of ``routes`` (N, ROUTE, 2), see ``EXIT`` and below, as
 `cdpr_interval.mechanics.cables.route_rows` makes it; ``box`` (3, 2) bounds the anchor X; ``way`` (WAY, 2) is
-written, see ``LENGTH`` and below; ``turning`` (3, 3, 2) is da/dX; ``q`` (2, 2) and all flat vectors (2, 2) lie in
-the plane of the cable: along u, along k. The last axis is (lo, hi).
+written, see ``LENGTH`` and below; ``turning`` (3, 3, 2) is da/dX; ``q`` (2, 2) and all flat vectors (2, 2)
+lie in the plane of the cable: along u, along k. The last axis is (lo, hi).
 """
 
 from __future__ import annotations
@@ -31,14 +32,16 @@ from cdpr_interval.kernels.interval import (
 from cdpr_interval.kernels.kernel import entry, kernel
 
 FIXED, ONE_JOINT, BALANCED, BISECTED = 0, 1, 2, 3
-"""Kinds of routes: a fixed exit point, a pulley on one joint, on two in exact balance, on two with the bisector."""
+"""Kinds of routes: a fixed exit point, a pulley on one joint, on two in exact balance, on two with the
+bisector."""
 KIND, EXIT, AXIS, RADIUS, ARM, LEAD_IN, BEFORE, THETA, SNUG = 0, 1, 4, 7, 8, 9, 10, 11, 12
-"""Rows of a route: kind; A (3 rows); unit vector k (3); radius, arm and lead-in; the straight piece that arrives
-(all of what lies before a fixed exit) and the angle of K, both for one joint; 1 where the arm is the radius."""
+"""Rows of a route: kind; A (3 rows); unit vector k (3); radius, arm and lead-in; the straight piece that
+arrives (all of what lies before a fixed exit) and the angle of K, both for one joint; 1 where the arm is
+the radius."""
 ROUTE = 13
 LENGTH, ALONG, ACROSS, OUTWARD, FREE, WRAP, SWING, NORMAL, PLANE, TILT = 0, 1, 4, 5, 6, 7, 8, 10, 12, 15
-"""Rows of a way: L; a (3 rows); x, the distance from the axis; a_u; sigma; the wrap (rad); the gradient of psi in
-the plane (2); n in the plane (2); u (3); dL/dX - a in the plane (2), which only the bisector has."""
+"""Rows of a way: L; a (3 rows); x, the distance from the axis; a_u; sigma; the wrap (rad); the gradient of
+psi in the plane (2); n in the plane (2); u (3); dL/dX - a in the plane (2), which only the bisector has."""
 WAY = 17
 
 
@@ -46,8 +49,8 @@ WAY = 17
 def leg(q: Any, r: Any, side: int, normal: Any) -> tuple[float, float]:
     """Enclose the unit vector ``normal`` (2, 2) to where the tangent to a point at q touches; return sigma.
 
-    ``r`` (2,) is the radius; ``side`` is 1 for the rope that leaves, -1 for the one that arrives. A sigma with
-    a bound (inf, -inf): all points lie inside the pulley.
+    ``r`` (2,) is the radius; ``side`` is 1 for the rope that leaves, -1 for the one that arrives. A sigma
+    with a bound (inf, -inf): all points lie inside the pulley.
     """
     alo, ahi = sqr(q[0, 0], q[0, 1])
     blo, bhi = sqr(q[1, 0], q[1, 1])
@@ -94,7 +97,7 @@ def angle_of(n: Any) -> tuple[float, float]:
 
 @kernel()
 def plane_of(route: Any, box: Any, flat: Any, u: Any) -> None:
-    """Enclose the anchor in the plane of the cable, flat (2, 2) = (x, y) from A, and the unit vector u (3, 2)."""
+    """Enclose the anchor from A in the plane of the cable, flat (2, 2), and the unit vector u (3, 2)."""
     g = np.empty((3, 2))
     ylo, yhi = 0.0, 0.0
     for j in range(3):
@@ -167,8 +170,8 @@ def straight_way(route: Any, box: Any, way: Any) -> bool:
 def held_way(route: Any, flat: Any, arm: Any, parts: Any) -> bool:
     """Write the pieces of the way around a pulley held at a unit vector ``arm`` (2, 2) from A.
 
-    ``parts`` (8, 2): length, sigma, wrap, n (2 rows), normal at K (2 rows), straight piece that arrives. False:
-    every point ``flat`` (2, 2) lies inside the pulley.
+    ``parts`` (8, 2): length, sigma, wrap, n (2 rows), normal at K (2 rows), straight piece that arrives.
+    False: every point ``flat`` (2, 2) lies inside the pulley.
     """
     q = np.empty((2, 2))
     h = route[ARM]
@@ -252,7 +255,7 @@ def arm_at(w_lo: float, w_hi: float, arm: Any) -> None:
 
 
 WIDENINGS = 3
-"""Times that the range of an arm is widened before it counts as unknown: a box that needs more is too wide."""
+"""Times that the range of an arm is widened before it counts as unknown: the box is too wide."""
 STEPS = 12
 """Newton steps for the arm in floats; each is quadratic."""
 
@@ -355,7 +358,7 @@ def half_turn(flat: Any, turn: Any) -> None:
 
 @kernel()
 def swing(route: Any, flat: Any, arm: Any, parts: Any, out: Any) -> None:
-    """Enclose the gradient of psi in the plane, out (2, 2): of the arm `arm_of` found, ``parts`` as `held_way`."""
+    """Enclose the gradient of psi in the plane, out (2, 2), for an arm and ``parts`` as `held_way` has."""
     n = parts[3:5]
     free = parts[1]
     kind = route[KIND, 0]
@@ -430,9 +433,9 @@ def way_over(route: Any, box: Any, way: Any) -> bool:
 
 @kernel()
 def unknown_way(route: Any, box: Any, way: Any) -> None:
-    """Write what holds whatever the arm does: the rope is not shorter than the straight line, see `way_over`."""
+    """Write what holds whatever the arm does: no rope is shorter than the straight line."""
     for j in range(LENGTH, WAY):
-        if j != ACROSS and not j >= PLANE:
+        if j != ACROSS and not PLANE <= j < TILT:
             way[j, 0], way[j, 1] = -math.inf, math.inf
     for j in range(3):
         way[ALONG + j, 0], way[ALONG + j, 1] = -1.0, 1.0
@@ -449,7 +452,7 @@ def unknown_way(route: Any, box: Any, way: Any) -> None:
 
 @kernel()
 def lifted_way(route: Any, box: Any, way: Any) -> None:
-    """Widen a way to one that may run past the pulley, straight from C, see `way_over`: its wrap may be < 0."""
+    """Widen a way to one that may run past the pulley, straight from C: its wrap may be below zero."""
     straight = np.empty((WAY, 2))
     start = np.empty((ROUTE, 2))
     start[:] = route
