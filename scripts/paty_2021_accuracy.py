@@ -70,8 +70,8 @@ def compared(found: Sequence[tuple[Design, Poses]], path: Path) -> Iterator[Row]
         f"SR {heights[0]:.3f}, DR {heights[1]:.3f} m",
         heights[0] > heights[1],
     )
-    from_start = one.valid & two.valid & (two.error >= one.error)
-    up_to = path.targets[int(from_start.argmax()), 2] if from_start.any() else HEIGHT
+    no_less = one.valid & two.valid & (two.error >= one.error)
+    up_to = path.targets[int(no_less.argmax()), 2] if no_less.any() else HEIGHT
     yield claim(
         f"{name}: two joints err less on the lower part (a third at least)",
         f"up to a height of {up_to:.2f} m",
