@@ -95,7 +95,7 @@ def fill(frame: Any, box: Any, tension: Any, distance: Any, bounds: Any) -> None
     bounds[3, 0], bounds[3, 1] = add(hlo, hhi, frame[8, 0], frame[8, 1])
     for i in range(count):
         lo, hi = mul(frame[1, 0], frame[1, 1], tension[i, 0], tension[i, 1])
-        bounds[4 + i, 0], bounds[4 + i, 1] = max(lo, 0.0), hi
+        bounds[4 + i, 0], bounds[4 + i, 1] = max(lo, 0.0), hi if tension[i, 1] > 0.0 else 0.0
         lo, hi = mul(unit, unit, distance[i, 0], distance[i, 1])
         bounds[4 + count + i, 0], bounds[4 + count + i, 1] = max(lo, 0.0), hi
 
