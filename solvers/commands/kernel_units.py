@@ -29,7 +29,7 @@ def points() -> None:
     """Point masses, with inextensible and with elastic cables."""
     from cdpr_interval import load_robot
     from solvers.forward import forward_kinematics
-    from solvers.point_mass.controller import PointMass
+    from solvers.routed_mass.controller import PointMass
 
     for name, lengths in POINT_QUESTIONS:
         robot = load_robot(name)
