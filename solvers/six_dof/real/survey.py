@@ -1,0 +1,291 @@
+"""Where the centre of mass can be in a cell, before any form is made: a box cut by the paths of all cables.
+
+With p = p_c + q, X_i = p + R(u) b_i is within |q| + delta_i of X0_i = p_c + R(u_c) b_i, where R(u) and R(v)
+differ by an angle of at most 2 |u - v|, so that delta_i <= 2 |u - u_c| |b_i|. A path length has slope one and
+bends by at most H+ = 1 / sigma and at least -H- = min(0, 1 - (h + r) / x) / sigma, so
+
+    -delta_i - H- d^2 / 2 <= L(X) - L0 - a0 . q <= delta_i + H+ d^2 / 2,     d = |q| + delta_i.
+
+Each taut cable so bounds a0 . q from both sides, each slack one from above, and three together bound q.
+
+Arrays: ``real`` is a ``RealModel``; ``C`` (1, width, LANES) cells, columns ``REAL_COLUMNS``; ``F`` their forms with
+the rows of rotations; ``desk`` is a ``Desk``.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cdpr_interval.kernels.kernel import kernel
+from cdpr_interval.mechanics.six_dof.rows import ROTATION, SCALE
+from solvers.six_dof.real.columns import (
+    ALONG,
+    AWAY,
+    CENTRE,
+    HELD,
+    LEAST_FREE,
+    LEAST_SIDE,
+    NEXT,
+    OFF_LENGTH,
+    OFF_POINT,
+    PATH,
+    REACH,
+    SEEN,
+    SIZE,
+    SPOT,
+)
+from solvers.six_dof.real.path import ROUNDING, around, see
+
+LOOKS = 5
+"""Most times that all cables cut a box."""
+GAIN = 0.75
+"""Share of its width that a look must take a side to, for another look."""
+NARROW = 0.5
+"""Reach over the free length at which the forms of a cell are made."""
+POSITION_SHARE = 2.0
+"""How wide positions may be over what the rotations move the platform by: wider ones are bisected first."""
+LEAST_VOLUME = 1e-2
+"""Least volume that three directions span to be solved for positions."""
+EMPTY, WIDE, READY = range(3)
+"""What a survey says of a cell."""
+
+
+class Desk(NamedTuple):
+    """Where one thread surveys cells."""
+
+    seen: NDArray[np.float64]
+    """(N, SEEN)."""
+    bounds: NDArray[np.float64]
+    """(N, 2) of a0 . q."""
+    smooth: NDArray[np.bool_]
+    """(N,)."""
+    held: NDArray[np.float64]
+    """(LANES, HELD)."""
+    spots: NDArray[np.float64]
+    """(N, SPOT, LANES)."""
+    turn: NDArray[np.float64]
+    """(3, 3) R(u_c) D_c."""
+    inverse: NDArray[np.float64]
+    """(3, 3) of the triple's directions."""
+
+
+def new_desk(count: int, lanes: int) -> Desk:
+    """Return arrays for ``count`` cables."""
+    return Desk(
+        np.zeros((count, SEEN)),
+        np.zeros((count, 2)),
+        np.zeros(count, dtype=np.bool_),
+        np.zeros((lanes, HELD)),
+        np.zeros((count, SPOT, lanes)),
+        np.zeros((3, 3)),
+        np.zeros((3, 3)),
+    )
+
+
+@kernel()
+def half_widths(C: Any, lane: int, first: int) -> float:
+    """Return the norm of the half widths of three variables, from above."""
+    total = 0.0
+    for k in range(3):
+        w = 0.5 * (C[0, first + 2 * k + 1, lane] - C[0, first + 2 * k, lane])
+        total += w * w
+    return float(math.sqrt(total) * (1.0 + 1e-14) + 1e-300)
+
+
+@kernel()
+def look_at(real: Any, C: Any, lane: int, turned: float, desk: Any) -> bool:
+    """See all cables from the middle of the cell; False when one of them cannot have its length.
+
+    Writes ``seen``, ``smooth`` and, of smooth cables, the bounds of a0 . q.
+    """
+    held, seen = desk.held, desk.seen
+    half = half_widths(C, lane, 6)
+    for k in range(3):
+        held[lane, CENTRE + k] = 0.5 * (C[0, 6 + 2 * k, lane] + C[0, 7 + 2 * k, lane])
+    for i in range(real.exits.shape[0]):
+        x0, x1, x2 = held[lane, CENTRE], held[lane, CENTRE + 1], held[lane, CENTRE + 2]
+        for j in range(3):
+            x0 += desk.turn[0, j] * real.arms[i, j]
+            x1 += desk.turn[1, j] * real.arms[i, j]
+            x2 += desk.turn[2, j] * real.arms[i, j]
+        see(real, i, x0, x1, x2, seen)
+        off = 2.0 * ROUNDING * seen[i, SIZE] + real.shift[i, 0] + real.shift[i, 1] * seen[i, AWAY]
+        delta = turned * real.arm_lengths[i] * (1.0 + 1e-12) + off
+        reach = half + delta
+        is_taut = i < real.n_taut
+        low, high = real.paths[i, 0], real.paths[i, 1]
+        if seen[i, AWAY] - reach + real.least_excess[i] > high:
+            return False
+        if is_taut and seen[i, AWAY] + reach + real.most_excess[i] < low:
+            return False
+        desk.smooth[i] = around(real, i, reach, seen)
+        if not desk.smooth[i]:
+            continue
+        sigma = seen[i, LEAST_FREE]
+        above = 0.5 * reach * reach / sigma
+        below = 0.0
+        if real.radius[i] > 0.0:
+            below = max(0.0, (real.arm[i] + real.radius[i]) / seen[i, LEAST_SIDE] - 1.0) * above
+        near = seen[i, OFF_LENGTH] + 2.0 * seen[i, OFF_POINT] * reach / sigma
+        desk.bounds[i, 1] = high - seen[i, PATH] + (delta + below + near) * (1.0 + 1e-12)
+        desk.bounds[i, 0] = -math.inf
+        if is_taut:
+            desk.bounds[i, 0] = low - seen[i, PATH] - (delta + above + near) * (1.0 + 1e-12)
+    return True
+
+
+@kernel()
+def cut_by_cable(C: Any, lane: int, i: int, size: float, desk: Any) -> bool:
+    """Cut the box by the bounds of a0 . q of one cable; False when nothing is left."""
+    total = 0.0
+    for k in range(3):
+        total += abs(desk.seen[i, ALONG + k]) * farthest(C, lane, k, desk.held[lane, CENTRE + k])
+    total *= 1.0 + 1e-12
+    low, high = desk.bounds[i, 0], desk.bounds[i, 1]
+    if low > total or high < -total:
+        return False
+    for k in range(3):
+        a = desk.seen[i, ALONG + k]
+        rest = total - abs(a) * farthest(C, lane, k, desk.held[lane, CENTRE + k]) + ROUNDING * size
+        if a > 1e-3:
+            narrow(C, lane, k, desk.held[lane, CENTRE + k], (low - rest) / a, (high + rest) / a, size)
+        elif a < -1e-3:
+            narrow(C, lane, k, desk.held[lane, CENTRE + k], (high + rest) / a, (low - rest) / a, size)
+    return not empty_box(C, lane)
+
+
+@kernel()
+def half_width(C: Any, lane: int, k: int) -> float:
+    """Return the half width of a position."""
+    return float(0.5 * (C[0, 7 + 2 * k, lane] - C[0, 6 + 2 * k, lane]))
+
+
+@kernel()
+def farthest(C: Any, lane: int, k: int, centre: float) -> float:
+    """Return how far a position may be from ``centre``, from above."""
+    most = max(C[0, 7 + 2 * k, lane] - centre, centre - C[0, 6 + 2 * k, lane])
+    return float(most * (1.0 + 1e-14) + 1e-300)
+
+
+@kernel()
+def empty_box(C: Any, lane: int) -> bool:
+    """Return True when no position is left."""
+    found = False
+    for k in range(3):
+        found = found or C[0, 6 + 2 * k, lane] > C[0, 7 + 2 * k, lane]
+    return found
+
+
+@kernel()
+def narrow(C: Any, lane: int, k: int, centre: float, low: float, high: float, size: float) -> None:
+    """Cut position ``k`` to centre + [low, high], but for a rounding of ``size``."""
+    off = ROUNDING * (size + abs(low) + abs(high))
+    low, high = centre + low - off, centre + high + off
+    if low > C[0, 6 + 2 * k, lane]:
+        C[0, 6 + 2 * k, lane] = low
+    if high < C[0, 7 + 2 * k, lane]:
+        C[0, 7 + 2 * k, lane] = high
+
+
+@kernel()
+def invert(seen: Any, triple: Any, inverse: Any) -> bool:
+    """Write the inverse (3, 3) of the directions of three cables; False where they are nearly dependent."""
+    for j in range(3):
+        a, b = triple[(j + 1) % 3], triple[(j + 2) % 3]
+        for k in range(3):
+            m, n = ALONG + (k + 1) % 3, ALONG + (k + 2) % 3
+            inverse[k, j] = seen[a, m] * seen[b, n] - seen[a, n] * seen[b, m]
+    volume = 0.0
+    for k in range(3):
+        volume += seen[triple[0], ALONG + k] * inverse[k, 0]
+    if not abs(volume) > LEAST_VOLUME:
+        return False
+    for j in range(3):
+        for k in range(3):
+            inverse[k, j] /= volume
+    return True
+
+
+@kernel()
+def cut_by_triple(real: Any, C: Any, lane: int, size: float, desk: Any) -> bool:
+    """Cut the box by three cables together; False when nothing is left.
+
+    q = M (a . q) + (I - M A) q; the rounding of I - M A is some units of the sizes in M A.
+    """
+    triple = real.triple
+    for j in range(3):
+        if not desk.smooth[triple[j]]:
+            return True
+    if not invert(desk.seen, triple, desk.inverse):
+        return True
+    widest = half_width(C, lane, 0) + half_width(C, lane, 1) + half_width(C, lane, 2)
+    for k in range(3):
+        low, high, most = 0.0, 0.0, 0.0
+        for j in range(3):
+            m, i = desk.inverse[k, j], triple[j]
+            a, b = m * desk.bounds[i, 0], m * desk.bounds[i, 1]
+            low += min(a, b)
+            high += max(a, b)
+            most += abs(m)
+        off = ROUNDING * most * (3.0 * widest + abs(low) + abs(high))
+        narrow(C, lane, k, desk.held[lane, CENTRE + k], low - off, high + off, size)
+    return not empty_box(C, lane)
+
+
+@kernel()
+def survey(real: Any, F: Any, C: Any, lane: int, desk: Any) -> int:
+    """Cut the positions of a lane's cell; return EMPTY, WIDE (bisect NEXT of ``held``) or READY.
+
+    Guarantee: every pose of the cell whose taut cables have their lengths, the others at most theirs, stays in it.
+    """
+    held = desk.held
+    scale = F[SCALE, 0, lane]
+    for k in range(3):
+        for j in range(3):
+            desk.turn[k, j] = F[ROTATION + 3 * k + j, 0, lane] / scale
+    turned = min(2.0 * half_widths(C, lane, 0), 2.0)
+    count, taut = real.exits.shape[0], real.n_taut
+    for _ in range(LOOKS):
+        before = max(half_width(C, lane, 0), half_width(C, lane, 1), half_width(C, lane, 2))
+        if not look_at(real, C, lane, turned, desk):
+            return EMPTY
+        size = desk.seen[0, SIZE]
+        for i in range(count):
+            if desk.smooth[i] and not cut_by_cable(C, lane, i, size, desk):
+                return EMPTY
+        if taut >= 3 and not cut_by_triple(real, C, lane, size, desk):
+            return EMPTY
+        if max(half_width(C, lane, 0), half_width(C, lane, 1), half_width(C, lane, 2)) > GAIN * before:
+            break
+    if not look_at(real, C, lane, turned, desk):
+        return EMPTY
+    return choose(real, C, lane, desk)
+
+
+@kernel()
+def choose(real: Any, C: Any, lane: int, desk: Any) -> int:
+    """Return READY when all taut cables are smooth and far off against the cell; else what to bisect."""
+    ready, arm = True, 0.0
+    for i in range(real.exits.shape[0]):
+        if i < real.n_taut:
+            ready = ready and desk.smooth[i] and desk.seen[i, REACH] < NARROW * desk.seen[i, LEAST_FREE]
+            arm = max(arm, real.arm_lengths[i])
+    desk.held[lane, NEXT] = widest(real, C, lane, arm, POSITION_SHARE)
+    return READY if ready and desk.held[lane, NEXT] < 3.0 else WIDE
+
+
+@kernel()
+def widest(real: Any, C: Any, lane: int, arm: float, share: float) -> int:
+    """Return the variable to bisect: a position where the box is wide, else the widest entry of u."""
+    best, place = 0, 0
+    for k in range(1, 3):
+        if C[0, 2 * k + 1, lane] - C[0, 2 * k, lane] > C[0, 2 * best + 1, lane] - C[0, 2 * best, lane]:
+            best = k
+        if half_width(C, lane, k) > half_width(C, lane, place):
+            place = k
+    turned = C[0, 2 * best + 1, lane] - C[0, 2 * best, lane]
+    return int(3 + place if half_width(C, lane, place) > share * arm * turned else best)
