@@ -10,6 +10,7 @@ Arrays: as in ``cells.tests``; a cell has the columns ``REAL_COLUMNS``; ``contex
 
 from __future__ import annotations
 
+import math
 from typing import Any, NamedTuple
 
 from cdpr_interval.engine.batch_cells import (
@@ -78,7 +79,7 @@ CUTS = 3
 """Most looks at the lengths before the other tests."""
 CONTRACT_WIDTH = 0.3
 """Width of u below which a cell that is not excluded is contracted by all equations."""
-REST_SHARE = 1.0
+REST_SHARE = 2.0
 """How wide the rest w may be over what the rotations move the platform by: else positions are bisected."""
 
 
@@ -292,6 +293,12 @@ def process(context: Any, count: int, children: Any) -> None:
             equations = balance_equations(context, rank)
             contract_open(F, W, C, states, equations, V, S)
     for lane in range(count):
+        w = 0.0
+        for k in range(3):
+            w = max(w, C[0, 2 * k + 1, lane] - C[0, 2 * k, lane])
+        level = int(-math.log2(w / 2.01))
+        st = states[lane] + (0 if desk.held[lane, FORMED] > 0.0 else 12)
+        desk.tally[min(st, 19), min(level, 39)] += 1
         verdicts[lane] = verdict(context, lane, children)
 
 
@@ -301,8 +308,19 @@ def choose_next(real: Any, C: LaneArray, lane: int, desk: Any) -> None:
     arm = 0.0
     for i in range(real.n_taut):
         arm = max(arm, real.arm_lengths[i])
-    # The columns 6..11 bound w here.
-    desk.held[lane, NEXT] = widest(real, C, lane, arm, REST_SHARE)
+    best, place = 0, 0
+    held = desk.held
+    for k in range(1, 3):
+        if C[0, 2 * k + 1, lane] - C[0, 2 * k, lane] > C[0, 2 * best + 1, lane] - C[0, 2 * best, lane]:
+            best = k
+    turned = C[0, 2 * best + 1, lane] - C[0, 2 * best, lane]
+    most = 0.0
+    for k in range(3):
+        wide = 0.5 * (place_of(C, lane, k, held, True) - place_of(C, lane, k, held, False))
+        if wide > most:
+            most, place = wide, k
+    far = arm * turned + max(held[lane, RANGE], max(held[lane, RANGE + 1], held[lane, RANGE + 2]))
+    held[lane, NEXT] = 3 + place if most > REST_SHARE * far else best
 
 
 @kernel(inline="always")
@@ -311,10 +329,23 @@ def verdict(context: Any, lane: int, children: Any) -> int:
     C, state, desk = context.scratch.cells, context.scratch.states[lane], context.desk
     if is_empty(state):
         return 0
+    formed = desk.held[lane, FORMED] > 0.0
     back_to_box(C, lane, desk)
-    if state == SMALLER:
+    if state == SMALLER and formed and much_smaller(context.scratch.work, C, lane, desk.held):
         return int(copy_cell(C, lane, children))
     return int(bisect(C, lane, int(desk.held[lane, NEXT]), children, context.leaf_size))
+
+
+@kernel()
+def much_smaller(W: LaneArray, C: LaneArray, lane: int, held: Any) -> bool:
+    """Return True when a cell lost much of an entry of u or of a position since its forms were made."""
+    found = False
+    for k in range(3):
+        now = C[0, 2 * k + 1, lane] - C[0, 2 * k, lane]
+        found = found or shrunk(now, W[BEFORE, 2 * k + 1, lane] - W[BEFORE, 2 * k, lane])
+        now = C[0, 7 + 2 * k, lane] - C[0, 6 + 2 * k, lane]
+        found = found or shrunk(now, held[lane, BOX + 2 * k + 1] - held[lane, BOX + 2 * k])
+    return found
 
 
 @kernel()
