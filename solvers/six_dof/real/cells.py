@@ -79,7 +79,7 @@ CUTS = 3
 """Most looks at the lengths before the other tests."""
 CONTRACT_WIDTH = 0.3
 """Width of u below which a cell that is not excluded is contracted by all equations."""
-REST_SHARE = 2.0
+REST_SHARE = 8.0
 """How wide the rest w may be over what the rotations move the platform by: else positions are bisected."""
 
 

@@ -44,9 +44,9 @@ LOOKS = 5
 """Most times that all cables cut a box."""
 GAIN = 0.75
 """Share of its width that a look must take a side to, for another look."""
-NARROW = 0.5
+NARROW = 0.35
 """Reach over the free length at which the forms of a cell are made."""
-POSITION_SHARE = 2.0
+POSITION_SHARE = 4.0
 """How wide positions may be over what the rotations move the platform by: wider ones are bisected first."""
 LEAST_VOLUME = 1e-2
 """Least volume that three directions span to be solved for positions."""
@@ -281,7 +281,7 @@ def choose(real: Any, C: Any, lane: int, desk: Any) -> int:
             ready = ready and desk.smooth[i] and desk.seen[i, REACH] < NARROW * desk.seen[i, LEAST_FREE]
             arm = max(arm, real.arm_lengths[i])
     desk.held[lane, NEXT] = widest(real, C, lane, arm, POSITION_SHARE)
-    return READY if ready and desk.held[lane, NEXT] < 3.0 else WIDE
+    return READY if ready else WIDE
 
 
 @kernel()
