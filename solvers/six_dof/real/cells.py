@@ -102,10 +102,8 @@ def look(context: Any, states: Any, first: bool) -> None:
     S, F, W, C, _, _ = context.scratch
     real, desk = context.real, context.desk
     for lane in range(LANES):
-        if W[MOVING, 0, lane] == 0.0:
+        if W[MOVING, 0, lane] == 0.0 or not first:
             continue
-        if not first:
-            back_to_box(C, lane, desk)
         found = survey(real, F, C, lane, desk)
         if found == surveys.EMPTY:
             states[lane] = NO_LENGTH
@@ -299,6 +297,16 @@ def process(context: Any, count: int, children: Any) -> None:
         level = int(-math.log2(w / 2.01))
         st = states[lane] + (0 if desk.held[lane, FORMED] > 0.0 else 12)
         desk.tally[min(st, 19), min(level, 39)] += 1
+        if desk.held[lane, FORMED] > 0.0:
+            ww, rr, pp = 0.0, 0.0, 0.0
+            for k in range(3):
+                ww = max(ww, 0.5 * (C[0, 7 + 2 * k, lane] - C[0, 6 + 2 * k, lane]))
+                rr = max(rr, desk.held[lane, RANGE + k])
+                pp = max(pp, 0.5 * (desk.held[lane, BOX + 1 + 2 * k] - desk.held[lane, BOX + 2 * k]))
+            rel = int(10.0 + 2.0 * math.log2(ww / max(rr, 1e-9)))
+            desk.ratio[min(level, 39), min(max(rel, 0), 19)] += 1
+            rel = int(10.0 + 2.0 * math.log2(pp / max(rr, 1e-9)))
+            desk.ratio[20 + min(level, 19), min(max(rel, 0), 19)] += 1
         verdicts[lane] = verdict(context, lane, children)
 
 

@@ -15,8 +15,10 @@ WRAP, SIZE, OFF_LENGTH, OFF_POINT, AWAY = range(17, 22)
 """psi, the size of all terms, rounding of L and of T, |X0 - A|;"""
 REACH, LEAST_FREE, LEAST_SIDE, LOOSE, DRIFT = range(22, 27)
 """how far X may be from X0, the least sigma and x there, the error of the path length as that of a sphere
-about T0, how far T may be from T0."""
-SEEN = 27
+about T0, how far T may be from T0;"""
+HUB, NEAREST, FARTHEST = 27, 30, 31
+"""A - R(u_c) b, and bounds of how far from it the centre of mass is."""
+SEEN = 32
 """How many there are."""
 
 CENTRE, FIRST, SECOND, RANGE, BOX, NEXT, FORMED = 0, 3, 12, 30, 33, 39, 40

@@ -26,9 +26,12 @@ from solvers.six_dof.real.columns import (
     ALONG,
     AWAY,
     CENTRE,
+    FARTHEST,
     HELD,
+    HUB,
     LEAST_FREE,
     LEAST_SIDE,
+    NEAREST,
     NEXT,
     OFF_LENGTH,
     OFF_POINT,
@@ -42,6 +45,8 @@ from solvers.six_dof.real.path import ROUNDING, around, see
 
 LOOKS = 5
 """Most times that all cables cut a box."""
+SHAVINGS = 2
+"""Times that all shells cut a box in one look."""
 GAIN = 0.75
 """Share of its width that a look must take a side to, for another look."""
 NARROW = 0.35
@@ -55,6 +60,7 @@ EMPTY, WIDE, READY = range(3)
 
 
 TALLY = np.zeros((20, 40), dtype=np.int64)
+RATIO = np.zeros((40, 20), dtype=np.int64)
 
 
 class Desk(NamedTuple):
@@ -76,6 +82,7 @@ class Desk(NamedTuple):
     """(3, 3) of the triple's directions."""
     tally: NDArray[np.int64]
     """(20, 40)."""
+    ratio: NDArray[np.int64]
 
 
 def new_desk(count: int, lanes: int) -> Desk:
@@ -89,6 +96,7 @@ def new_desk(count: int, lanes: int) -> Desk:
         np.zeros((3, 3)),
         np.zeros((3, 3)),
         TALLY,
+        RATIO,
     )
 
 
@@ -129,6 +137,7 @@ def look_at(real: Any, C: Any, lane: int, turned: float, desk: Any) -> bool:
         if is_taut and seen[i, AWAY] + reach + real.most_excess[i] < low:
             return False
         desk.smooth[i] = around(real, i, reach, seen)
+        shell(real, i, x0, x1, x2, reach, delta, desk, lane)
         if not desk.smooth[i]:
             continue
         sigma = seen[i, LEAST_FREE]
@@ -141,6 +150,66 @@ def look_at(real: Any, C: Any, lane: int, turned: float, desk: Any) -> bool:
         desk.bounds[i, 0] = -math.inf
         if is_taut:
             desk.bounds[i, 0] = low - seen[i, PATH] - (delta + above + near) * (1.0 + 1e-12)
+    return True
+
+
+@kernel()
+def shell(
+    real: Any, i: int, x0: float, x1: float, x2: float, reach: float, delta: float, desk: Any, lane: int
+) -> None:
+    """Write between which distances from A - R(u_c) b the path of a cable keeps the centre of mass.
+
+    L - |X - A| lies between two constants, and where the cable is smooth it has slope a - (X - A) / |X - A|,
+    at most (h + r) / (|X - A| - h - r) since T is within h + r of A.
+    """
+    seen = desk.seen
+    for k in range(3):
+        x = x0 if k == 0 else (x1 if k == 1 else x2)
+        seen[i, HUB + k] = real.exits[i, k] - (x - desk.held[lane, CENTRE + k])
+    least, most = real.least_excess[i], real.most_excess[i]
+    if desk.smooth[i] and real.radius[i] > 0.0:
+        far = real.arm[i] + real.radius[i]
+        room = seen[i, AWAY] - reach - far
+        if room > 0.0:
+            change = far / room * reach * (1.0 + 1e-12) + 2.0 * seen[i, OFF_LENGTH]
+            excess = seen[i, PATH] - seen[i, AWAY]
+            least, most = max(least, excess - change), min(most, excess + change)
+    off = delta + ROUNDING * seen[i, SIZE]
+    seen[i, FARTHEST] = (real.paths[i, 1] - least + off) * (1.0 + 1e-12)
+    seen[i, NEAREST] = 0.0
+    if i < real.n_taut:
+        seen[i, NEAREST] = max(0.0, (real.paths[i, 0] - most - off) * (1.0 - 1e-12))
+
+
+@kernel()
+def cut_by_shell(C: Any, lane: int, i: int, seen: Any) -> bool:
+    """Cut the box to distances between NEAREST and FARTHEST from a cable's hub; False when nothing is left."""
+    size = seen[i, SIZE]
+    for k in range(3):
+        least, most = 0.0, 0.0
+        for j in range(3):
+            if j != k:
+                lo = C[0, 6 + 2 * j, lane] - seen[i, HUB + j]
+                hi = C[0, 7 + 2 * j, lane] - seen[i, HUB + j]
+                away = max(0.0, max(lo, -hi))
+                far = max(-lo, hi)
+                least += away * away
+                most += far * far
+        room = seen[i, FARTHEST] * seen[i, FARTHEST] * (1.0 + 1e-12) - least * (1.0 - 1e-12)
+        if room < 0.0:
+            return False
+        half = math.sqrt(room)
+        narrow(C, lane, k, seen[i, HUB + k], -half, half, size)
+        gap = seen[i, NEAREST] * seen[i, NEAREST] * (1.0 - 1e-12) - most * (1.0 + 1e-12)
+        if gap > 0.0:
+            half = math.sqrt(gap) - ROUNDING * size
+            hub = seen[i, HUB + k]
+            if C[0, 6 + 2 * k, lane] - hub > -half:
+                narrow(C, lane, k, hub, half, math.inf, size)
+            if C[0, 7 + 2 * k, lane] - hub < half:
+                narrow(C, lane, k, hub, -math.inf, -half, size)
+        if C[0, 6 + 2 * k, lane] > C[0, 7 + 2 * k, lane]:
+            return False
     return True
 
 
@@ -189,8 +258,8 @@ def empty_box(C: Any, lane: int) -> bool:
 @kernel()
 def narrow(C: Any, lane: int, k: int, centre: float, low: float, high: float, size: float) -> None:
     """Cut position ``k`` to centre + [low, high], but for a rounding of ``size``."""
-    off = ROUNDING * (size + abs(low) + abs(high))
-    low, high = centre + low - off, centre + high + off
+    low = centre + low - ROUNDING * (size + abs(low))
+    high = centre + high + ROUNDING * (size + abs(high))
     if low > C[0, 6 + 2 * k, lane]:
         C[0, 6 + 2 * k, lane] = low
     if high < C[0, 7 + 2 * k, lane]:
@@ -260,6 +329,10 @@ def survey(real: Any, F: Any, C: Any, lane: int, desk: Any) -> int:
         if not look_at(real, C, lane, turned, desk):
             return EMPTY
         size = desk.seen[0, SIZE]
+        for _ in range(SHAVINGS):
+            for i in range(count):
+                if not cut_by_shell(C, lane, i, desk.seen):
+                    return EMPTY
         for i in range(count):
             if desk.smooth[i] and not cut_by_cable(C, lane, i, size, desk):
                 return EMPTY
