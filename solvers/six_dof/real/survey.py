@@ -49,7 +49,7 @@ SHAVINGS = 2
 """Times that all shells cut a box in one look."""
 GAIN = 0.75
 """Share of its width that a look must take a side to, for another look."""
-NARROW = 0.35
+NARROW = 0.8
 """Reach over the free length at which the forms of a cell are made."""
 POSITION_SHARE = 4.0
 """How wide positions may be over what the rotations move the platform by: wider ones are bisected first."""
