@@ -20,8 +20,9 @@ from multiprocessing import get_context
 from pathlib import Path
 
 from cdpr_interval.mechanics.stability import Stability
-from cdpr_interval.robots.cable_robot import Cable, Elasticity, Platform, Robot, exact_point
+from cdpr_interval.robots.cable_robot import Cable, Elasticity, Platform, Robot
 from cdpr_interval.robots.formats.reader import load_robot
+from cdpr_interval.robots.numbers import exact_point
 from solvers import PointMass, Tracker, forward_kinematics
 from solvers.answers.data import Outcome, Solution
 

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from cdpr_interval import load_robot
 from cdpr_interval.exact.range import LengthRange
 from cdpr_interval.robots.cable_robot import Robot
-from cdpr_interval.robots.cable_robot import exact as exactly
+from cdpr_interval.robots.numbers import exact as exactly
 from solvers import forward_kinematics, inverse_kinematics
 from solvers.batch.draws import Spread
 from solvers.batch.expansion import MonteCarlo

@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 from cdpr_interval.errors import NotSupportedError
 from cdpr_interval.exact.enclosure import Bounds
 from cdpr_interval.mechanics.loaded import NO_FORCE
-from cdpr_interval.robots.cable_robot import Point, Robot
+from cdpr_interval.robots.cable_robot import Robot
+from cdpr_interval.robots.numbers import Point
 from solvers.answers.data import Answer, CableState, Solution
 from solvers.point_mass.robot_class import CLASS as POINT_MASS
 from solvers.questions.arguments import Label

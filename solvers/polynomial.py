@@ -19,8 +19,9 @@ from cdpr_interval.errors import InputError, NotSupportedError
 from cdpr_interval.exact import balls
 from cdpr_interval.exact.enclosure import Bounds
 from cdpr_interval.mechanics.cables.law import law_of
-from cdpr_interval.robots.cable_robot import Robot, exact_point
+from cdpr_interval.robots.cable_robot import Robot
 from cdpr_interval.robots.formats.given import require_robot
+from cdpr_interval.robots.numbers import exact_point
 from cdpr_interval.symbolic import inextensible, planar
 from cdpr_interval.symbolic.eliminant import MOST_CABLES, Eliminant, eliminant
 from cdpr_interval.symbolic.elimination import Vanishes

@@ -28,8 +28,9 @@ from cdpr_interval.exact.vector import Vector, is_zero
 from cdpr_interval.mechanics.cables.law import end_laws
 from cdpr_interval.mechanics.loaded import LoadedRobot, loaded
 from cdpr_interval.mechanics.stability import Stability
-from cdpr_interval.robots.cable_robot import Point, Robot
+from cdpr_interval.robots.cable_robot import Robot
 from cdpr_interval.robots.formats.given import require_robot
+from cdpr_interval.robots.numbers import Point
 from solvers.answers.data import (
     Answer,
     CableState,

@@ -98,6 +98,56 @@ def sqrt(alo: float, ahi: float) -> tuple[float, float]:
     return lo, up(math.sqrt(ahi))
 
 
+HALF_PI_LO, HALF_PI_HI = 1.5707963267948966, 1.5707963267948968
+"""The doubles on both sides of pi / 2."""
+HALVINGS = 2
+"""Times that an angle below pi / 4 is halved before its series is summed: then its tangent is below 0.2."""
+TERMS = 13
+"""Of the series: 0.2^27 / 27 is below 1e-20."""
+
+
+@entry()
+def series_of_atan(lo: float, hi: float) -> tuple[float, float]:
+    """Enclose atan over [lo, hi] within [0, 0.2] by its alternating series."""
+    slo, shi = sqr(lo, hi)
+    lo_sum, hi_sum = 0.0, 0.0
+    for i in range(TERMS - 1, -1, -1):
+        odd = 2.0 * i + 1.0
+        lo_sum, hi_sum = mul(slo, shi, lo_sum, hi_sum)
+        lo_sum, hi_sum = sub(1.0 / odd - 1e-16, 1.0 / odd + 1e-16, lo_sum, hi_sum)
+    # The rest of an alternating series with falling terms lies between zero and its first term.
+    return mul(lo, hi, down(lo_sum - 1e-18), up(hi_sum + 1e-18))
+
+
+@entry()
+def atan_of_point(t: float) -> tuple[float, float]:
+    """Enclose atan(t) for t >= 0, which may be infinite."""
+    lo, hi = t, t
+    turned = t > 1.0
+    if turned:
+        lo, hi = div(1.0, 1.0, t, t)
+    for _ in range(HALVINGS):
+        # tan(x / 2) = t / (1 + sqrt(1 + t^2)).
+        slo, shi = sqr(lo, hi)
+        slo, shi = add(1.0, 1.0, slo, shi)
+        slo, shi = sqrt(slo, shi)
+        slo, shi = add(1.0, 1.0, slo, shi)
+        lo, hi = div(lo, hi, slo, shi)
+    lo, hi = series_of_atan(lo, hi)
+    lo, hi = 4.0 * lo, 4.0 * hi
+    if turned:
+        lo, hi = sub(HALF_PI_LO, HALF_PI_HI, lo, hi)
+    return lo, hi
+
+
+@entry()
+def atan(alo: float, ahi: float) -> tuple[float, float]:
+    """Enclose the arc tangents of a in rad; bounds may be infinite."""
+    lo = atan_of_point(alo)[0] if alo >= 0.0 else -atan_of_point(-alo)[1]
+    hi = atan_of_point(ahi)[1] if ahi >= 0.0 else -atan_of_point(-ahi)[0]
+    return lo, hi
+
+
 @entry()
 def mid(alo: float, ahi: float) -> float:
     """Return a finite number inside a (the middle, up to rounding)."""

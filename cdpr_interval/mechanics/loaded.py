@@ -15,19 +15,13 @@ from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property, lru_cache
 
+from cdpr_interval.errors import NotSupportedError
 from cdpr_interval.exact.range import Range, RangeVector, as_range, difference
 from cdpr_interval.exact.vector import Vector, minus
 from cdpr_interval.mechanics.cables.law import CableModel, model_of
 from cdpr_interval.mechanics.spread import Spread, spread_of
-from cdpr_interval.robots.cable_robot import (
-    Point,
-    Robot,
-    exact,
-    exact_point,
-    is_exact_point,
-    middle_point,
-    range_point,
-)
+from cdpr_interval.robots.cable_robot import Robot
+from cdpr_interval.robots.numbers import Point, exact, exact_point, is_exact_point, middle_point, range_point
 
 NO_FORCE: Vector = (Fraction(0), Fraction(0), Fraction(0))
 MOST_KEPT = 8
@@ -124,12 +118,15 @@ class LoadedRobot:
     @cached_property
     def models(self) -> tuple[CableModel, ...]:
         """Route and law of each cable, file order."""
-        return tuple(model_of(cable) for cable in self.robot.cables)
+        return tuple(model_of(cable, self.robot.gravity) for cable in self.robot.cables)
 
     @cached_property
     def exits(self) -> tuple[Vector, ...]:
-        """A_i in the base frame, m, file order."""
-        return tuple(model.route.exit() for model in self.models)
+        """A_i in the base frame, m, file order; `NotSupportedError` where a cable runs over a pulley."""
+        exits = [model.route.fixed_exit for model in self.models]
+        if None in exits:
+            raise NotSupportedError(f"robot '{self.robot.name}': pulleys are not supported here yet")
+        return tuple(x for x in exits if x is not None)
 
     @cached_property
     def centre(self) -> Vector:

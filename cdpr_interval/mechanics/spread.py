@@ -7,7 +7,8 @@ from fractions import Fraction
 
 from cdpr_interval.exact.range import Range
 from cdpr_interval.exact.vector import Vector, along, dot, is_zero
-from cdpr_interval.robots.cable_robot import Point, Robot, Scalar, middle, middle_point
+from cdpr_interval.robots.cable_robot import Robot
+from cdpr_interval.robots.numbers import Point, Scalar, middle, middle_point
 
 ONE = Range.exact(1)
 

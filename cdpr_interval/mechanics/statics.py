@@ -14,11 +14,15 @@ from numpy.typing import NDArray
 
 from cdpr_interval.errors import InputError
 from cdpr_interval.exact.vector import Vector
+from cdpr_interval.mechanics.cables import path
+from cdpr_interval.mechanics.cables.law import Route
+from cdpr_interval.mechanics.cables.path import OffTheCable, Path
 from cdpr_interval.mechanics.loaded import loaded
 from cdpr_interval.mechanics.orientation import rotation_from_vector, vector_from_rotation
 from cdpr_interval.robots.cable_robot import Robot
 
 Floats = NDArray[np.float64]
+FLOATS = path.Floats()
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,8 +40,9 @@ class StaticModel:
     """A robot and its load as float arrays."""
 
     names: tuple[str, ...]
-    exits: Floats
-    """A_i, (N, 3) m, base frame."""
+    routes: tuple[Route, ...]
+    exits: Floats | None
+    """A_i, (N, 3) m, base frame; None where a cable runs over a pulley."""
     arms: Floats
     """B_i - G, (N, 3) m, platform frame."""
     centre: Floats
@@ -57,29 +62,60 @@ class StaticModel:
         """The load as a scaled wrench, (3,) or (6,) N."""
         return self.load if self.rows == 3 else np.concatenate([self.load, np.zeros(3)])
 
-    def arms_and_spokes(self, pose: Pose) -> tuple[Floats, Floats]:
-        """Return r_i = R (B_i - G) and e_i = A_i - p - R B_i, both (N, 3) m, base axes."""
-        arms = self.arms @ pose.rotation.T
-        return arms, self.exits - (pose.position + pose.rotation @ self.centre) - arms
+    def turned_arms(self, pose: Pose) -> Floats:
+        """Return r_i = R (B_i - G), (N, 3) m, base axes."""
+        return np.asarray(self.arms @ pose.rotation.T)
 
     def distances(self, pose: Pose) -> Floats:
-        """Return |e_i|, (N,) m.
+        """Return how long the ways of the cables are, (N,) m; raises as `ways` does."""
+        return self.ways(pose)[0]
+
+    def ways(self, pose: Pose) -> tuple[Floats, Floats]:
+        """Return how long the cables' ways are, (N,) m, and their unit vectors from the platform, (N, 3).
 
         Raises
         ------
         InputError
-            When a platform anchor lies in its exit point: such a cable has no direction.
+            When a platform anchor lies in its exit point, inside its pulley or on its swivel axis: such a
+            cable has no direction.
         """
-        distances: Floats = np.linalg.norm(self.arms_and_spokes(pose)[1], axis=1)
+        anchors = pose.position + pose.rotation @ self.centre + self.turned_arms(pose)
+        if self.exits is None:
+            paths = [self._path(i, anchor) for i, anchor in enumerate(anchors.tolist())]
+            return np.array([p.length for p in paths]), -np.array([p.direction for p in paths])
+        spokes = self.exits - anchors
+        distances: Floats = np.linalg.norm(spokes, axis=1)
         if not (distances > 0.0).all():
             name = self.names[int(np.argmin(distances))]
             raise InputError(f"pose: the length of cable '{name}' is zero at this pose")
-        return distances
+        return distances, spokes / distances[:, None]
+
+    def _path(self, cable: int, anchor: list[float]) -> Path:
+        """Return the way of a cable to an anchor; `InputError` where there is none."""
+        x, y, z = anchor
+        try:
+            return self.routes[cable].path((x, y, z), FLOATS)
+        except OffTheCable:
+            where = "inside its pulley or on its swivel axis"
+            raise InputError(
+                f"pose: the anchor of cable '{self.names[cable]}' is {where} at this pose"
+            ) from None
+
+    def turnings(self, pose: Pose) -> Floats:
+        """Return the derivatives of the directions towards the platform by the anchors, (N, 3, 3) 1/m."""
+        if self.exits is not None:
+            distances, units = self.ways(pose)
+            outer = units[:, :, None] * units[:, None, :]
+            return np.asarray((np.eye(3) - outer) / distances[:, None, None])
+        anchors = pose.position + pose.rotation @ self.centre + self.turned_arms(pose)
+        rows = []
+        for i, (x, y, z) in enumerate(anchors.tolist()):
+            rows.append(self.routes[i].turning(self._path(i, [x, y, z]), (x, y, z), FLOATS))
+        return np.array(rows)
 
     def wrenches(self, pose: Pose) -> Floats:
         """Return the scaled wrench of unit tension of each cable, (3 or 6, N)."""
-        arms, cables = self.arms_and_spokes(pose)
-        units = cables / self.distances(pose)[:, None]
+        arms, units = self.turned_arms(pose), self.ways(pose)[1]
         if self.rows == 3:
             return units.T
         return np.vstack([units.T, np.cross(arms, units).T / self.radius])
@@ -90,14 +126,12 @@ class StaticModel:
         Rows as `wrenches`; columns: translation of G (m) and, unless a point mass, rotation vector
         in base axes times the radius (m); (3, 3) or (6, 6) N/m.
         """
-        arms, cables = self.arms_and_spokes(pose)
+        arms, units = self.turned_arms(pose), self.ways(pose)[1]
         total = np.zeros((6, 6))
-        for arm, cable, tension in zip(arms, cables, tensions, strict=True):
-            length = float(np.linalg.norm(cable))
-            unit = cable / length
+        for arm, unit, turn, tension in zip(arms, units, self.turnings(pose), tensions, strict=True):
             # An anchor moves by v + omega x arm = v - [arm] omega.
             motion = np.hstack([np.eye(3), -_cross_matrix(arm) / self.radius])
-            turning = -(np.eye(3) - np.outer(unit, unit)) / length @ motion
+            turning = -turn @ motion
             swing = np.hstack([np.zeros((3, 3)), -_cross_matrix(arm) / self.radius])
             total[:3] += tension * turning
             total[3:] += tension / self.radius * (_cross_matrix(arm) @ turning - _cross_matrix(unit) @ swing)
@@ -132,7 +166,10 @@ def static_model(robot: Robot, external_force: Vector) -> StaticModel:
     under_load = loaded(robot, external_force)
     return StaticModel(
         names=robot.cable_names,
-        exits=_array(under_load.exits),
+        routes=tuple(model.route for model in under_load.models),
+        exits=None
+        if any(m.route.fixed_exit is None for m in under_load.models)
+        else _array(under_load.exits),
         arms=_array(under_load.arms),
         centre=_array([under_load.centre])[0],
         load=_array([under_load.load])[0],

@@ -12,7 +12,7 @@ from __future__ import annotations
 import dataclasses
 import hashlib
 import os
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import cached_property
@@ -20,13 +20,23 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any, Self
 
-from cdpr_interval.errors import InputError, NotSupportedError
+from cdpr_interval.errors import InputError
 from cdpr_interval.exact.decimals import plain_scalar
-from cdpr_interval.exact.range import Range, RangeVector, as_range
-from cdpr_interval.exact.vector import Vector
+from cdpr_interval.exact.range import Range
+from cdpr_interval.robots.numbers import (
+    Part,
+    Point,
+    Scalar,
+    entries,
+    exact,
+    middle,
+    middle_point,
+    read_point,
+    read_scalar,
+)
+from cdpr_interval.robots.pulley import Pulley
 from cdpr_interval.robots.winch import Winch, WinchGroupSettings
 from cdpr_interval.text.literal import LONGEST_NUMBER
-from cdpr_interval.text.number import exact_number
 from cdpr_interval.text.writing import unreadable, yaml_text
 
 FORMAT = "cdpr-robot/1"
@@ -34,103 +44,6 @@ READER = "cdpr_interval.robots.formats.reader"
 """What makes robots of files and mappings. It is built on this module, which has to ask for it by name."""
 POINT_MASS = "point-mass"
 SIX_DOF = "six-dof"
-
-Scalar = Fraction | Range
-"""A number, or the bounds between which it lies."""
-Point = tuple[Scalar, Scalar, Scalar]
-
-
-def exact(value: Scalar) -> Fraction:
-    """Return a number that is known exactly.
-
-    Raises
-    ------
-    NotSupportedError
-        For a range.
-    """
-    if isinstance(value, Range):
-        raise NotSupportedError(f"a range is not supported here yet: [{value.lo}, {value.hi}]")
-    return value
-
-
-def exact_point(point: Point) -> Vector:
-    """Return a point of which every coordinate is known exactly; raises as `exact` does."""
-    x, y, z = point
-    return exact(x), exact(y), exact(z)
-
-
-def range_point(point: Point) -> RangeVector:
-    """Return each number as a range."""
-    x, y, z = map(as_range, point)
-    return x, y, z
-
-
-def middle(value: Scalar) -> Fraction:
-    """Return a number, of a range its middle."""
-    return value.mid if isinstance(value, Range) else value
-
-
-def middle_point(point: Point) -> Vector:
-    """Return a point with every range replaced by its middle."""
-    x, y, z = point
-    return middle(x), middle(y), middle(z)
-
-
-def is_exact_point(point: Point) -> bool:
-    """Return True when no coordinate is a range."""
-    return not any(isinstance(x, Range) for x in point)
-
-
-def _number(value: Any, name: str) -> Scalar:
-    """Return a number or a range as this module keeps it; `InputError` with the name for anything else."""
-    if type(value) in (Fraction, Range):
-        found: Scalar = value
-        return found
-    try:
-        if isinstance(value, list | tuple) and len(value) == 2:
-            lo, hi = map(exact_number, value)
-            if lo > hi:
-                raise ValueError(f"the lower bound {value[0]} is above the upper bound {value[1]}")
-            return lo if lo == hi else Range(lo, hi)
-        return exact_number(value)
-    except ValueError as error:
-        raise InputError(f"{name}: {error}") from None
-
-
-def _point(value: Any, name: str) -> Point:
-    """Return three numbers as this module keeps them."""
-    if type(value) is tuple and list(map(type, value)) == [Fraction] * 3:
-        # The usual case first: a batch makes thousands of robots.
-        x, y, z = value
-        return x, y, z
-    entries = tuple(value) if isinstance(value, Iterable) and not isinstance(value, str) else ()
-    if len(entries) != 3:
-        raise InputError(f"{name}: must be 3 numbers, got {value!r}")
-    x, y, z = (_number(entry, f"{name}[{i}]") for i, entry in enumerate(entries))
-    return x, y, z
-
-
-class Part:
-    """A frozen part of a robot that is changed by making another one."""
-
-    def replace(self, **changes: Any) -> Self:
-        """Return a copy with other values in some fields.
-
-        Raises
-        ------
-        InputError
-            There is no such field, or the value breaks a rule.
-        """
-        known = [f.name for f in dataclasses.fields(self) if f.init]  # type: ignore[arg-type]
-        wrong = [name for name in changes if name not in known]
-        if wrong:
-            rule = f"{type(self).__name__} has no {', '.join(wrong)}, only {', '.join(known)}"
-            raise InputError(f"replace: {rule}")
-        return dataclasses.replace(self, **changes)  # type: ignore[type-var]
-
-    def _keep(self, name: str, value: object) -> None:
-        """Put a value into a field while the object is made."""
-        object.__setattr__(self, name, value)
 
 
 @dataclass(frozen=True)
@@ -146,7 +59,7 @@ class Elasticity(Part):
         """Take the numbers exactly."""
         for name in ("stiffness", "axial_stiffness"):
             if (value := getattr(self, name)) is not None:
-                number = _number(value, name)
+                number = read_scalar(value, name)
                 if (number.lo if isinstance(number, Range) else number) <= 0:
                     raise InputError(f"{name}: must be greater than 0, got {value}")
                 self._keep(name, number)
@@ -182,17 +95,20 @@ class Cable(Part):
     """In N; reported against, never a filter."""
     winch: Winch | None = None
     """What moves the cable; its tolerances are no uncertain scalars of the robot."""
+    pulley: Pulley | None = None
+    """What the cable runs over; its arm is measured from ``frame_anchor``, the point A."""
 
     def __post_init__(self) -> None:
         """Take the numbers exactly."""
         for name in ("frame_anchor", "platform_anchor"):
-            self._keep(name, _point(getattr(self, name), name))
+            self._keep(name, read_point(getattr(self, name), name))
         if self.tension_limits is not None:
             if not isinstance(self.tension_limits, list | tuple) or len(self.tension_limits) != 2:
                 raise InputError(f"tension_limits: must be 2 numbers, got {self.tension_limits!r}")
             lo, hi = self.tension_limits
             self._keep(
-                "tension_limits", (exact(_number(lo, "tension_limits")), exact(_number(hi, "tension_limits")))
+                "tension_limits",
+                (exact(read_scalar(lo, "tension_limits")), exact(read_scalar(hi, "tension_limits"))),
             )
 
     def middle(self) -> Cable:
@@ -202,6 +118,7 @@ class Cable(Part):
             frame_anchor=middle_point(self.frame_anchor),
             platform_anchor=middle_point(self.platform_anchor),
             elasticity=None if self.elasticity is None else self.elasticity.middle(),
+            pulley=None if self.pulley is None else self.pulley.middle(),
         )
 
     def to_dict(self) -> dict[str, Any]:
@@ -211,6 +128,8 @@ class Cable(Part):
             "frame_anchor_m": list(map(plain_scalar, self.frame_anchor)),
             "platform_anchor_m": list(map(plain_scalar, self.platform_anchor)),
         }
+        if self.pulley is not None:
+            block["pulley"] = self.pulley.to_dict()
         if self.elasticity is not None:
             block["elasticity"] = self.elasticity.to_dict()
         if self.tension_limits is not None:
@@ -229,11 +148,11 @@ class Platform(Part):
 
     def __post_init__(self) -> None:
         """Take the numbers exactly; a load without weight, which no file may hold, hangs by a force."""
-        mass = _number(self.mass, "mass")
+        mass = read_scalar(self.mass, "mass")
         if (mass.lo if isinstance(mass, Range) else mass) < 0:
             raise InputError(f"mass: must not be negative, got {self.mass}")
         self._keep("mass", mass)
-        self._keep("centre_of_mass", _point(self.centre_of_mass, "centre_of_mass"))
+        self._keep("centre_of_mass", read_point(self.centre_of_mass, "centre_of_mass"))
 
     def middle(self) -> Platform:
         """Return it with every range replaced by its middle."""
@@ -285,7 +204,7 @@ class Robot(Part):
 
     def __post_init__(self) -> None:
         """Take the numbers exactly."""
-        self._keep("gravity", _point(self.gravity, "gravity"))
+        self._keep("gravity", read_point(self.gravity, "gravity"))
         self._keep("cables", tuple(self.cables))
         if not isinstance(self.platform, Platform):
             raise InputError(f"platform: must be a Platform, got {self.platform!r}")
@@ -429,17 +348,19 @@ class Robot(Part):
 
     def _scalars(self) -> Iterator[tuple[str, Scalar]]:
         """Yield every scalar that may be a range, with its path in a file."""
-        yield from _entries("gravity_m_s2", self.gravity)
+        yield from entries("gravity_m_s2", self.gravity)
         yield "platform.mass_kg", self.platform.mass
-        yield from _entries("platform.centre_of_mass_m", self.platform.centre_of_mass)
+        yield from entries("platform.centre_of_mass_m", self.platform.centre_of_mass)
         for i, cable in enumerate(self.cables):
-            yield from _entries(f"cables[{i}].frame_anchor_m", cable.frame_anchor)
-            yield from _entries(f"cables[{i}].platform_anchor_m", cable.platform_anchor)
+            yield from entries(f"cables[{i}].frame_anchor_m", cable.frame_anchor)
+            yield from entries(f"cables[{i}].platform_anchor_m", cable.platform_anchor)
             spring = cable.elasticity
             if spring is not None and spring.stiffness is not None:
                 yield f"cables[{i}].elasticity.stiffness_N_per_m", spring.stiffness
             if spring is not None and spring.axial_stiffness is not None:
                 yield f"cables[{i}].elasticity.axial_stiffness_N", spring.axial_stiffness
+            if cable.pulley is not None:
+                yield from cable.pulley.scalars(f"cables[{i}].pulley")
 
     @cached_property
     def is_point_mass(self) -> bool:
@@ -465,11 +386,11 @@ class Robot(Part):
         return any(cable.elasticity is not None for cable in self.cables)
 
     @cached_property
+    def has_pulleys(self) -> bool:
+        """True when at least one cable runs over a pulley."""
+        return any(cable.pulley is not None for cable in self.cables)
+
+    @cached_property
     def is_mixed(self) -> bool:
         """True when some cables stretch and others do not."""
         return self.is_elastic and any(cable.elasticity is None for cable in self.cables)
-
-
-def _entries(path: str, point: Point) -> Iterator[tuple[str, Scalar]]:
-    for i, value in enumerate(point):
-        yield f"{path}[{i}]", value

@@ -11,7 +11,8 @@ from fractions import Fraction
 from itertools import combinations
 
 from cdpr_interval.exact.range import Range
-from cdpr_interval.robots.cable_robot import Cable, Point, Robot, Scalar
+from cdpr_interval.robots.cable_robot import Cable, Robot
+from cdpr_interval.robots.numbers import Point, Scalar
 
 FARTHEST_ANCHOR = 1.5
 """Frame widths from the platform's origin to an anchor: Dietmaier's platform comes to 1.2."""

@@ -12,7 +12,8 @@ from functools import cache
 from typing import Annotated
 
 from cdpr_interval.exact.range import LengthRange
-from cdpr_interval.robots.cable_robot import Point, Robot
+from cdpr_interval.robots.cable_robot import Robot
+from cdpr_interval.robots.numbers import Point
 from cdpr_interval.version import PACKAGE, version
 from solvers.answers.fields import Described, ExactRanges, ExactScalars, RobotData
 

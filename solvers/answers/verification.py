@@ -14,7 +14,8 @@ from itertools import pairwise
 from cdpr_interval.exact.enclosure import Bounds
 from cdpr_interval.exact.range import Range, as_range, hull_of
 from cdpr_interval.mechanics.cables.law import end_laws
-from cdpr_interval.robots.cable_robot import Point, Robot
+from cdpr_interval.robots.cable_robot import Robot
+from cdpr_interval.robots.numbers import Point
 from cdpr_interval.text.count import counted
 from solvers.answers.consistency import claims, contradictions
 from solvers.answers.data import CableState, Outcome, ResultData, Solution, StopReason

@@ -16,7 +16,8 @@ from typing import Any
 from cdpr_interval.errors import InputError
 from cdpr_interval.exact.decimals import decimal_text
 from cdpr_interval.exact.range import LengthRange
-from cdpr_interval.robots.cable_robot import Robot, exact, exact_point
+from cdpr_interval.robots.cable_robot import Robot
+from cdpr_interval.robots.numbers import exact, exact_point
 from cdpr_interval.text.literal import quote
 from solvers.batch import job_schema
 from solvers.batch.draws import Spread, text_of

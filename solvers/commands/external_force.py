@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 if TYPE_CHECKING:
-    from cdpr_interval.robots.cable_robot import Point
+    from cdpr_interval.robots.numbers import Point
     from solvers.questions.errors import InputErrors
 
 LABEL = "--external-force"

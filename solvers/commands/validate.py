@@ -14,7 +14,8 @@ from solvers.shell.completion import robots
 from solvers.shell.examples import examples
 
 if TYPE_CHECKING:
-    from cdpr_interval.robots.cable_robot import Cable, Point, Robot, Scalar
+    from cdpr_interval.robots.cable_robot import Cable, Robot
+    from cdpr_interval.robots.numbers import Point, Scalar
 
 FORMAT = "cdpr-validation/1"
 DATA = "cdpr_interval.robots"

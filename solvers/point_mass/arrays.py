@@ -22,7 +22,8 @@ from cdpr_interval.exact.irrational import root_bounds
 from cdpr_interval.exact.range import LengthRange
 from cdpr_interval.exact.vector import Vector
 from cdpr_interval.mechanics.loaded import MOST_KEPT, LoadedRobot
-from cdpr_interval.robots.cable_robot import Robot, exact, exact_point
+from cdpr_interval.robots.cable_robot import Robot
+from cdpr_interval.robots.numbers import exact, exact_point
 from solvers.questions.problem import Problem
 
 NO_LOAD = "load: the weight and the external force cancel; without a load the pose is not determined"

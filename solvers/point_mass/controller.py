@@ -20,8 +20,9 @@ from numpy.typing import NDArray
 from cdpr_interval.errors import InputError
 from cdpr_interval.exact.enclosure import Bounds
 from cdpr_interval.mechanics.loaded import loaded
-from cdpr_interval.robots.cable_robot import Robot, is_exact_point
+from cdpr_interval.robots.cable_robot import Robot
 from cdpr_interval.robots.formats.given import require_robot
+from cdpr_interval.robots.numbers import is_exact_point
 from solvers.answers.data import CableState
 from solvers.point_mass import scope
 from solvers.point_mass.arrays import RobotArrays, build_arrays, exact_ends, with_load

@@ -15,7 +15,7 @@ from cdpr_interval.exact import balls
 from cdpr_interval.exact.enclosure import Bounds, enclose
 from cdpr_interval.exact.irrational import root_bounds
 from cdpr_interval.exact.range import Range, RangeVector, as_range
-from cdpr_interval.robots.cable_robot import Point
+from cdpr_interval.robots.numbers import Point
 from solvers.point_mass.arrays import Cables, RobotArrays, robot_arrays, select
 from solvers.point_mass.balance import unbalanced
 from solvers.point_mass.candidates import candidates

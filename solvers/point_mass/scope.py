@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from cdpr_interval.mechanics.loaded import NO_FORCE
-from cdpr_interval.robots.cable_robot import POINT_MASS, Point, Robot
+from cdpr_interval.robots.cable_robot import POINT_MASS, Robot
+from cdpr_interval.robots.numbers import Point
 from solvers.questions.arguments import Label
-from solvers.questions.checked import mixed_cables
+from solvers.questions.checked import mixed_cables, over_pulleys
 from solvers.questions.problem import Options
 
 
@@ -18,7 +19,7 @@ def accepts(robot: Robot) -> bool:
 
 def refuses(robot: Robot, force: Point = NO_FORCE) -> str | None:
     """Return why this version cannot treat a point mass under a force (N); None where it can."""
-    return mixed_cables(robot)
+    return over_pulleys(robot) or mixed_cables(robot)
 
 
 def most_taut(robot: Robot) -> int:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from cdpr_interval.engine.budget import Budget
 from cdpr_interval.exact.decimals import exact_text
-from cdpr_interval.robots.cable_robot import exact_point
+from cdpr_interval.robots.numbers import exact_point
 from certificates.problem import FORMAT
 from solvers.answers.result import Result
 from solvers.answers.tool import this_tool

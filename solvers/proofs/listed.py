@@ -10,7 +10,7 @@ import numpy as np
 from flint import fmpq
 
 from cdpr_interval.exact.enclosure import Bounds
-from cdpr_interval.robots.cable_robot import exact
+from cdpr_interval.robots.numbers import exact
 from certificates.apart import meeting
 from certificates.problem import Listed, Turning
 from certificates.problem import Problem as Question

@@ -10,7 +10,8 @@ import numpy as np
 
 from cdpr_interval.exact.decimals import exact_text
 from cdpr_interval.exact.enclosure import Bounds
-from cdpr_interval.robots.cable_robot import Robot, exact, exact_point
+from cdpr_interval.robots.cable_robot import Robot
+from cdpr_interval.robots.numbers import exact, exact_point
 from solvers.answers.data import Family, Solution
 from solvers.proofs.listed import certified, written_states
 

@@ -5,7 +5,8 @@ from __future__ import annotations
 from cdpr_interval.errors import InputError, NotSupportedError
 from cdpr_interval.exact.range import Range
 from cdpr_interval.mechanics.loaded import NO_FORCE
-from cdpr_interval.robots.cable_robot import Point, Robot, is_exact_point
+from cdpr_interval.robots.cable_robot import Robot
+from cdpr_interval.robots.numbers import Point, is_exact_point
 from solvers.questions.arguments import (
     Label,
     check_called,
@@ -67,6 +68,11 @@ def require_certifiable(problem: Problem) -> None:
 def mixed_cables(robot: Robot) -> str | None:
     """Return why a robot of elastic and inextensible cables is refused, or None."""
     return "elastic and inextensible cables in one robot are not supported yet" if robot.is_mixed else None
+
+
+def over_pulleys(robot: Robot) -> str | None:
+    """Return why a robot with pulleys is refused, or None for one without."""
+    return "pulleys are not supported here yet" if robot.has_pulleys else None
 
 
 def require_treated(robot: Robot, reason: str | None) -> None:

@@ -10,7 +10,7 @@ from cdpr_interval.errors import InputError
 from cdpr_interval.exact.range import Range
 from cdpr_interval.exact.vector import Vector
 from cdpr_interval.mechanics.loaded import LoadedRobot
-from cdpr_interval.robots.cable_robot import Point, Scalar, exact_point
+from cdpr_interval.robots.numbers import Point, Scalar, exact_point
 from solvers.questions.ranges import read_range
 from solvers.questions.units import NEWTONS, entries_of
 

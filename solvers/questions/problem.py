@@ -12,7 +12,8 @@ from cdpr_interval.engine.budget import Budget
 from cdpr_interval.exact.range import LengthRange
 from cdpr_interval.exact.vector import Vector
 from cdpr_interval.mechanics.loaded import NO_FORCE, LoadedRobot, loaded
-from cdpr_interval.robots.cable_robot import Point, Robot
+from cdpr_interval.robots.cable_robot import Robot
+from cdpr_interval.robots.numbers import Point
 
 
 class Method(StrEnum):

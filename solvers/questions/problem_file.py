@@ -9,7 +9,7 @@ from cdpr_interval.exact.range import LengthRange
 from cdpr_interval.files.document import Document, child, read_document
 from cdpr_interval.files.fields import is_free
 from cdpr_interval.files.validation import Models
-from cdpr_interval.robots.cable_robot import Point
+from cdpr_interval.robots.numbers import Point
 from cdpr_interval.text.count import counted
 from cdpr_interval.text.literal import quote
 from solvers.questions.lengths import match_names

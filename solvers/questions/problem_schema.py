@@ -10,7 +10,7 @@ from pydantic import Discriminator, PlainValidator, Tag, WithJsonSchema
 from cdpr_interval.exact.range import Range
 from cdpr_interval.files.document import Node
 from cdpr_interval.files.fields import Block, kind, list_of
-from cdpr_interval.robots.cable_robot import Scalar
+from cdpr_interval.robots.numbers import Scalar
 from cdpr_interval.text.literal import quote
 from solvers.questions.lengths import read_length
 from solvers.questions.ranges import around, read_range

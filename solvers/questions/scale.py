@@ -7,7 +7,8 @@ from collections.abc import Sequence
 from fractions import Fraction
 
 from cdpr_interval.exact.range import Range
-from cdpr_interval.robots.cable_robot import Point, Robot, Scalar
+from cdpr_interval.robots.cable_robot import Robot
+from cdpr_interval.robots.numbers import Point, Scalar
 
 ABSURD = 100
 """Times the size of the robot. Cables are a third of it or longer, so that millimetres taken for metres make

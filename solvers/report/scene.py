@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 from cdpr_interval.exact.enclosure import Bounds
 from cdpr_interval.exact.range import Range
 from cdpr_interval.mechanics.orientation import rotation_from_quaternion
-from cdpr_interval.robots.cable_robot import Point, Robot
+from cdpr_interval.robots.cable_robot import Robot
+from cdpr_interval.robots.numbers import Point
 from solvers.answers.data import CableState, Solution
 
 Points = NDArray[np.float64]

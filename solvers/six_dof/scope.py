@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from cdpr_interval.mechanics.loaded import NO_FORCE
-from cdpr_interval.robots.cable_robot import SIX_DOF, Point, Robot
+from cdpr_interval.robots.cable_robot import SIX_DOF, Robot
+from cdpr_interval.robots.numbers import Point
 from cdpr_interval.text.count import counted
 from solvers.questions.arguments import Label
-from solvers.questions.checked import mixed_cables
+from solvers.questions.checked import mixed_cables, over_pulleys
 from solvers.questions.problem import Method, Options
 
 MOST_TAUT = 6
@@ -22,8 +23,10 @@ def accepts(robot: Robot) -> bool:
 
 def refuses(robot: Robot, force: Point = NO_FORCE) -> str | None:
     """Return why this version cannot treat a platform under a force (N); None where it can."""
-    return mixed_cables(robot) or (
-        "elastic cables of a platform are not supported yet" if robot.is_elastic else None
+    return (
+        over_pulleys(robot)
+        or mixed_cables(robot)
+        or ("elastic cables of a platform are not supported yet" if robot.is_elastic else None)
     )
 
 

@@ -21,7 +21,8 @@ from cdpr_interval.mechanics.orientation import (
 from cdpr_interval.mechanics.six_dof.fields import OPEN, STABLE, Cables, Fields, fill_fields
 from cdpr_interval.mechanics.six_dof.frame import Frame, Pose
 from cdpr_interval.mechanics.stability import Stability
-from cdpr_interval.robots.cable_robot import Robot, range_point
+from cdpr_interval.robots.cable_robot import Robot
+from cdpr_interval.robots.numbers import range_point
 from solvers.answers.data import CableState, Certainty, Family, Nominal, Proof, Solution
 from solvers.questions.problem import Options, Problem
 from solvers.six_dof.cells.roots import Root

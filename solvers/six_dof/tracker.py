@@ -26,8 +26,9 @@ from cdpr_interval.mechanics.rotation import HALF_TURNS, chart_of, quaternion_of
 from cdpr_interval.mechanics.six_dof.fields import Cables, Fields, FrameBounds, fill_fields
 from cdpr_interval.mechanics.six_dof.frame import Frame
 from cdpr_interval.mechanics.stability import Stability
-from cdpr_interval.robots.cable_robot import Point, Robot
+from cdpr_interval.robots.cable_robot import Robot
 from cdpr_interval.robots.formats.given import require_robot
+from cdpr_interval.robots.numbers import Point
 from solvers.answers.data import Outcome, Solution
 from solvers.answers.message import message_of
 from solvers.questions.checked import require_treated

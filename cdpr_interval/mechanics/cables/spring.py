@@ -7,7 +7,8 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
-from cdpr_interval.robots.cable_robot import Cable, exact
+from cdpr_interval.robots.cable_robot import Cable
+from cdpr_interval.robots.numbers import exact
 
 
 @dataclass(frozen=True)

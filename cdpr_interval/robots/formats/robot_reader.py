@@ -8,8 +8,10 @@ from cdpr_interval.exact.range import Range
 from cdpr_interval.files.document import Document, child
 from cdpr_interval.files.fields import SHAPES, bounds
 from cdpr_interval.files.validation import Models
-from cdpr_interval.robots.cable_robot import Cable, Elasticity, Platform, Point, Robot, Scalar
+from cdpr_interval.robots.cable_robot import Cable, Elasticity, Platform, Robot
 from cdpr_interval.robots.formats import schema
+from cdpr_interval.robots.numbers import Point, Scalar
+from cdpr_interval.robots.pulley import Pulley
 from cdpr_interval.robots.winch import Winch
 from cdpr_interval.text.literal import quote
 
@@ -109,6 +111,7 @@ def _cable(block: schema.CableBlock) -> Cable:
         None if block.elasticity is None else _elasticity(block.elasticity),
         block.tension_limits_N,
         _winch(block),
+        None if block.pulley is None else _pulley(block.pulley),
     )
 
 
@@ -118,6 +121,21 @@ def _winch(block: schema.CableBlock) -> Winch | None:
     from cdpr_interval.robots.formats.winch_reader import winch
 
     return winch(block.winch)  # type: ignore[attr-defined]
+
+
+def _pulley(block: schema.PulleyBlock) -> Pulley:
+    given: dict[str, Any] = {
+        "radius": _scalar(block.radius_m),
+        "joints": block.joints,
+        "balance": block.balance,
+    }
+    if block.arm_m is not None:
+        given["arm"] = _scalar(block.arm_m)
+    if block.axis is not None:
+        given["axis"] = _point(block.axis)
+    if block.lead_in_m is not None:
+        given["lead_in"] = _scalar(block.lead_in_m)
+    return Pulley(**given)
 
 
 def _elasticity(block: schema.ElasticityBlock) -> Elasticity:

@@ -5,28 +5,35 @@ Every length in m, mass in kg, force in N.
 
 from __future__ import annotations
 
+from types import SimpleNamespace
 from typing import Annotated, Any
 
 from pydantic import AfterValidator, Field, PlainValidator, WithJsonSchema, model_validator
 
+from cdpr_interval.exact.range import Range
 from cdpr_interval.files.fields import (
     CABLE_NAME,
     SHAPES,
     Block,
     Pair,
     Positive,
+    Quantity,
     Text,
     Tolerance,
     Vector,
+    bounds,
     cable_name,
+    integer,
     kind,
     not_zero,
     one_line,
+    one_of,
     schema_of,
     tension_limits,
     text,
 )
 from cdpr_interval.robots.cable_robot import FORMAT
+from cdpr_interval.robots.pulley import BALANCES, EXACT, complaints
 from cdpr_interval.text.literal import quote
 
 ROBOT_FORMAT = FORMAT
@@ -53,6 +60,47 @@ class ElasticityBlock(Block):
         return self
 
 
+class PulleyBlock(Block):
+    """A swivelling pulley; the cable's ``frame_anchor_m`` is the point A of the swivel axis."""
+
+    radius_m: Quantity
+    """Of the rope's centre line; 0 only without an arm."""
+    joints: integer(1, 2) = 1  # type: ignore[valid-type]
+    """1: turns about the axis; 2: universal joint at A."""
+    arm_m: Quantity | None = None
+    """From A to the pulley's centre, at least the radius; default the radius."""
+    axis: Vector | None = None
+    """Direction in which the rope arrives; default up."""
+    lead_in_m: Quantity | None = None
+    """The rope starts at A - lead_in_m axis; default 0."""
+    balance: one_of(*BALANCES) = EXACT  # type: ignore[valid-type]
+    """Two joints: the arm along the resultant of both legs, or on the bisector of the angle at A."""
+
+    @model_validator(mode="after")
+    def _rules(self) -> PulleyBlock:
+        if broken := complaints(
+            self.given(), ("radius_m", "arm_m", "axis", "lead_in_m", "joints", "balance")
+        ):
+            raise ValueError("; ".join(f"{key} {text}" for key, text in broken))
+        return self
+
+    def given(self) -> SimpleNamespace:
+        """Return the numbers by the names of `cdpr_interval.robots.pulley.Pulley`."""
+
+        def scalar(quantity: Any) -> Range | None:
+            return None if quantity is None else Range(*bounds(quantity))
+
+        axis = None if self.axis is None else tuple(map(scalar, self.axis))
+        return SimpleNamespace(
+            radius=scalar(self.radius_m),
+            arm=scalar(self.arm_m),
+            axis=axis,
+            lead_in=scalar(self.lead_in_m) or Range.exact(0),
+            joints=self.joints,
+            balance=self.balance,
+        )
+
+
 class CableBlock(Block):
     """One cable."""
 
@@ -68,6 +116,8 @@ class CableBlock(Block):
     """Platform point B_i, platform frame."""
     elasticity: ElasticityBlock | None = None
     """Absent: inextensible."""
+    pulley: PulleyBlock | None = None
+    """Absent: a fixed exit point."""
     tension_limits_N: Annotated[Pair, AfterValidator(tension_limits)] | None = None
     """Reported against, never a filter."""
 
@@ -98,6 +148,7 @@ BLOCKS: dict[str, type[Block]] = {
     "platform": PlatformBlock,
     "cables": CableBlock,
     "elasticity": ElasticityBlock,
+    "pulley": PulleyBlock,
     SHAPES[1]: Tolerance,
 }
 """Each block by the last name of its place, for suggestions."""

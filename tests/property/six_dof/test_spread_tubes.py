@@ -19,7 +19,8 @@ from cdpr_interval.kernels.second_order import width
 from cdpr_interval.mechanics.six_dof import form_system, geometry, tube
 from cdpr_interval.mechanics.six_dof.arrays import Model, build_model, longer_and_shorter
 from cdpr_interval.mechanics.six_dof.rows import FORMS, LOAD, WRENCH
-from cdpr_interval.robots.cable_robot import Cable, Point, Robot
+from cdpr_interval.robots.cable_robot import Cable, Robot
+from cdpr_interval.robots.numbers import Point
 from solvers import forward_kinematics
 from solvers.answers.data import Outcome, Solution
 from solvers.answers.result import Result

@@ -18,7 +18,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 
-from cdpr_interval.robots.cable_robot import Cable, Platform, Robot, exact, exact_point
+from cdpr_interval.robots.cable_robot import Cable, Platform, Robot
+from cdpr_interval.robots.numbers import exact, exact_point
 from tests.support.planted.rational import (
     Matrix,
     Vector,

@@ -16,8 +16,9 @@ from cdpr_interval.exact.range import Range
 from cdpr_interval.mechanics.cables.law import model_of
 from cdpr_interval.mechanics.loaded import NO_FORCE, loaded
 from cdpr_interval.mechanics.statics import static_model
-from cdpr_interval.robots.cable_robot import Elasticity, Robot, Uncertain, exact, exact_point
+from cdpr_interval.robots.cable_robot import Elasticity, Robot, Uncertain
 from cdpr_interval.robots.formats.reader import parse_robot
+from cdpr_interval.robots.numbers import exact, exact_point
 from solvers import (
     PointMass,
     Tracker,

@@ -8,8 +8,9 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from cdpr_interval.robots.cable_robot import Cable, Platform, Robot, exact_point
+from cdpr_interval.robots.cable_robot import Cable, Platform, Robot
 from cdpr_interval.robots.formats.reader import load_robot
+from cdpr_interval.robots.numbers import exact_point
 from solvers import forward_kinematics
 from solvers.answers.data import Answer, Outcome, Undecided
 from solvers.six_dof import clusters
