@@ -5,7 +5,7 @@ from __future__ import annotations
 from cdpr_interval.errors import InputError, NotSupportedError
 from cdpr_interval.exact.range import Range
 from cdpr_interval.mechanics.loaded import NO_FORCE
-from cdpr_interval.robots.cable_robot import Robot
+from cdpr_interval.robots.cable_robot import SIX_DOF, Robot
 from cdpr_interval.robots.numbers import Point, is_exact_point
 from solvers.questions.arguments import (
     Label,
@@ -60,9 +60,11 @@ def require_certifiable(problem: Problem) -> None:
 
     It takes ranges of lengths, and of nothing else.
     """
-    require_treated(
-        problem.robot, uncertain_data(problem.robot, problem.external_force, asker="certificates")
-    )
+    robot = problem.robot
+    reason = "certificates of robots with pulleys are not supported yet" if robot.has_pulleys else None
+    if robot.is_elastic and robot.model == SIX_DOF:
+        reason = "certificates of platforms on elastic cables are not supported yet"
+    require_treated(robot, reason or uncertain_data(robot, problem.external_force, asker="certificates"))
 
 
 def mixed_cables(robot: Robot) -> str | None:

@@ -9,7 +9,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from cdpr_interval.mechanics.cables.pulley import OverPulley
+from cdpr_interval.mechanics.cables.straight import FixedExit
 from cdpr_interval.mechanics.six_dof.arrays import nearest, platform_size, triples_by_spread
+from solvers.questions.problem import Problem
 from solvers.six_dof.real.model import RealModel
 
 Vector = tuple[Fraction, Fraction, Fraction]
@@ -67,19 +70,21 @@ def build(
     tangent = straight.copy()
     exact_start = (lead == 0.0) & (arm == radius)
     angle[exact_start], tangent[exact_start] = np.pi, 0.0
-    fixed = np.where(radius > 0.0, tangent + radius * angle, 0.0)
+    fixed = np.where(radius > 0.0, tangent + radius * angle, lead)
     # The square root is as sensitive as the rope's start is near the pulley.
     loss = np.where(exact_start, 0.0, 4.0 * wrapped * wrapped / np.maximum(straight, 1e-12))
-    fixed_err = UNIT * np.where(radius > 0.0, fixed + loss + 8.0 * radius, 0.0)
+    fixed_err = UNIT * np.where(radius > 0.0, fixed + loss + 8.0 * radius, lead)
     point = np.linalg.norm(exits_err, axis=1) + np.linalg.norm(arms_err, axis=1)
-    shift = np.stack([(point + fixed_err + 4.0 * UNIT * (radius + arm)) * 1.01, 8.0 * UNIT * (radius > 0.0)], axis=1)
+    shift = np.stack(
+        [(point + fixed_err + 4.0 * UNIT * (radius + arm)) * 1.01, 8.0 * UNIT * (radius > 0.0)], axis=1
+    )
     lengths = np.array([_outward(*c.length) for c in cables])
     compliance = np.array([_outward(*c.compliance) for c in cables])
     paths = lengths.copy()
     with np.errstate(invalid="ignore"):
         paths[:, 1] += np.where(compliance[:, 1] > 0.0, compliance[:, 1] * most_tension * 1.000001, 0.0)
-    least = np.where(radius > 0.0, fixed - radius * (1.5 * np.pi) - arm - radius, 0.0)
-    most = np.where(radius > 0.0, fixed + radius * np.pi + arm, 0.0)
+    least = np.where(radius > 0.0, fixed - radius * (1.5 * np.pi) - arm - radius, fixed)
+    most = np.where(radius > 0.0, fixed + radius * np.pi + arm, fixed)
     margin = shift[:, 0] + 1e-12 * (1.0 + arm)
     return RealModel(
         n_taut=n_taut,
@@ -103,6 +108,32 @@ def build(
         size=platform_size(arms[:n_taut]),
         triple=_triple(exits, arms, n_taut),
     )
+
+
+def cables_of(problem: Problem) -> list[RealCable]:
+    """Return the cables of a question, file order."""
+    loaded, found = problem.loaded, []
+    for arm, length, (route, law) in zip(loaded.arms, problem.lengths, loaded.models, strict=True):
+        constants = [law.spring_constant(end) for end in length]
+        given = tuple(Fraction(0) if k is None else 1 / k for k in constants)
+        compliance = (min(given), max(given))
+        if isinstance(route, OverPulley):
+            found.append(
+                RealCable(
+                    route.point, arm, length, route.radius, route.arm, route.axis, route.lead_in, compliance
+                )
+            )
+        else:
+            assert isinstance(route, FixedExit)
+            found.append(RealCable(route.point, arm, length, lead_in=route.before, compliance=compliance))
+    return found
+
+
+def model_for(problem: Problem, taut: Sequence[int], *, slack: bool = True) -> RealModel:
+    """Return the arrays of a question with these cables taut; cables that need not be slack are left out."""
+    cables = cables_of(problem)
+    others = [i for i in range(len(cables)) if i not in taut] if slack else []
+    return build([cables[i] for i in (*taut, *others)], problem.load, len(taut))
 
 
 def _vectors(vectors: Sequence[Vector]) -> tuple[np.ndarray, np.ndarray]:

@@ -10,7 +10,6 @@ Arrays: as in ``cells.tests``; a cell has the columns ``REAL_COLUMNS``; ``contex
 
 from __future__ import annotations
 
-import math
 from typing import Any, NamedTuple
 
 from cdpr_interval.engine.batch_cells import (
@@ -18,7 +17,6 @@ from cdpr_interval.engine.batch_cells import (
     contract_open,
     copy_cell,
     covers,
-    fill_lanes,
     halve,
     is_empty,
     leaf,
@@ -29,10 +27,10 @@ from cdpr_interval.engine.batch_cells import (
 from cdpr_interval.engine.batches import batches
 from cdpr_interval.engine.contraction import blank, cannot_vanish, cut_pivots, shrunk, solve_for_pivots
 from cdpr_interval.engine.rows import (
+    BOUNDED,
     EMPTY,
     EQUATION,
     FLAGS,
-    BOUNDED,
     NO_LENGTH,
     NOT_SLACK,
     OPEN,
@@ -46,7 +44,7 @@ from cdpr_interval.engine.rows import (
 )
 from cdpr_interval.engine.scratch import Scratch
 from cdpr_interval.kernels.kernel import entry, kernel
-from cdpr_interval.kernels.lanes import LANES, LaneArray, Lanes, load, splat, store, where_less
+from cdpr_interval.kernels.lanes import LANES, LaneArray, Lanes, splat, store, where_less
 from cdpr_interval.kernels.rounding import up
 from cdpr_interval.kernels.second_order import Forms, Symbols, bounds
 from cdpr_interval.mechanics.six_dof.balance import (
@@ -70,7 +68,7 @@ from solvers.six_dof.real.shape import (
     spot,
     wrench_rows,
 )
-from solvers.six_dof.real.survey import half_width, survey, widest
+from solvers.six_dof.real.survey import survey
 
 CHART, VARIABLES = REAL_COLUMNS.chart, REAL_COLUMNS.variables
 V = (0, 0, 0, 0, 0, 0)
@@ -291,22 +289,6 @@ def process(context: Any, count: int, children: Any) -> None:
             equations = balance_equations(context, rank)
             contract_open(F, W, C, states, equations, V, S)
     for lane in range(count):
-        w = 0.0
-        for k in range(3):
-            w = max(w, C[0, 2 * k + 1, lane] - C[0, 2 * k, lane])
-        level = int(-math.log2(w / 2.01))
-        st = states[lane] + (0 if desk.held[lane, FORMED] > 0.0 else 12)
-        desk.tally[min(st, 19), min(level, 39)] += 1
-        if desk.held[lane, FORMED] > 0.0:
-            ww, rr, pp = 0.0, 0.0, 0.0
-            for k in range(3):
-                ww = max(ww, 0.5 * (C[0, 7 + 2 * k, lane] - C[0, 6 + 2 * k, lane]))
-                rr = max(rr, desk.held[lane, RANGE + k])
-                pp = max(pp, 0.5 * (desk.held[lane, BOX + 1 + 2 * k] - desk.held[lane, BOX + 2 * k]))
-            rel = int(10.0 + 2.0 * math.log2(ww / max(rr, 1e-9)))
-            desk.ratio[min(level, 39), min(max(rel, 0), 19)] += 1
-            rel = int(10.0 + 2.0 * math.log2(pp / max(rr, 1e-9)))
-            desk.ratio[20 + min(level, 19), min(max(rel, 0), 19)] += 1
         verdicts[lane] = verdict(context, lane, children)
 
 

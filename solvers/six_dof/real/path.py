@@ -48,6 +48,8 @@ ROUNDING = 2e-14
 """Error of a length over the sum of the sizes of its terms: some ninety units, of about thirty needed."""
 MARGIN = 1.0 + 1e-12
 """What bounds that were computed in floats are multiplied by."""
+LOWEST_WRAP = 0.75 * math.pi
+"""Less psi than minus this counts as more than pi: no rope leaves there."""
 LEAST_SHARE = 1e-3
 """Least sigma and x over ``SIZE`` at which a cable is looked at: rounding is divided by them."""
 
@@ -62,7 +64,7 @@ def see(real: Any, i: int, x0: float, x1: float, x2: float, seen: Any) -> None:
     size += abs(real.exits[i, 0]) + abs(real.exits[i, 1]) + abs(real.exits[i, 2])
     seen[i, AWAY], seen[i, SIZE] = away, size
     if r == 0.0:
-        seen[i, PATH], seen[i, FREE], seen[i, SIDE], seen[i, RHO] = away, away, away, away
+        seen[i, PATH], seen[i, FREE], seen[i, SIDE], seen[i, RHO] = real.fixed[i] + away, away, away, away
         seen[i, HEIGHT], seen[i, WRAP] = 0.0, 0.0
         for k in range(3):
             seen[i, FOOT + k] = real.exits[i, k]
@@ -127,9 +129,9 @@ def around(real: Any, i: int, reach: float, seen: Any) -> bool:
     seen[i, LEAST_FREE], seen[i, LEAST_SIDE] = sigma, side
     if not (sigma > LEAST_SHARE * size and side > LEAST_SHARE * size):
         return False
-    # No way around the pulley's centre: psi stays on its branch.
+    # No way around the pulley's centre: psi stays on its branch, whose cut is where no rope leaves.
     turn = reach / sigma + 1e-9
-    if not (abs(seen[i, WRAP]) + turn < math.pi):
+    if not (-LOWEST_WRAP + turn < seen[i, WRAP] < math.pi - turn):
         return False
     if seen[i, SIDE] - h <= 0.0 and not abs(seen[i, HEIGHT]) > reach + off:
         return False

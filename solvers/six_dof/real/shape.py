@@ -19,7 +19,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from cdpr_interval.engine.rows import EQUATION, SCRATCH
+from cdpr_interval.engine.rows import SCRATCH
 from cdpr_interval.kernels.kernel import kernel
 from cdpr_interval.kernels.lanes import LaneArray, load, splat, store
 from cdpr_interval.kernels.rounding import inflate_lanes, up
@@ -38,19 +38,26 @@ from cdpr_interval.kernels.second_order import (
     scale,
     widen,
 )
-from cdpr_interval.mechanics.six_dof.rows import DIMENSIONS, LOAD, POSITION, ROTATION, SCALE, U_SYMBOLS, WRENCH
+from cdpr_interval.mechanics.six_dof.rows import (
+    DIMENSIONS,
+    LOAD,
+    POSITION,
+    ROTATION,
+    SCALE,
+    U_SYMBOLS,
+    WRENCH,
+)
 from solvers.six_dof.real.columns import (
     BOX,
     CENTRE,
     DRIFT,
     FIRST,
-    FORMED,
     FOOT,
+    FORMED,
     FREE,
     LEVEL,
     LEVEL_ERROR,
     LOOSE,
-    OFF_POINT,
     PATH,
     POINT_ERROR,
     RANGE,
@@ -180,9 +187,7 @@ def taylor(real: Any, F: Forms, lane: int, desk: Any) -> bool:
 
 
 @kernel()
-def coefficient(
-    real: Any, F: Forms, lane: int, desk: Any, place: int, column: int, a: int, b: int
-) -> None:
+def coefficient(real: Any, F: Forms, lane: int, desk: Any, place: int, column: int, a: int, b: int) -> None:
     """Write the coefficient of p~ in one monomial: eps_a where b < 0, else eps_a eps_b.
 
     It solves s m + 2 v . s R b_i = 0 in that monomial, m = |v|^2 + |b|^2 - s_i^2 with v = p~ - T0_i, whose
@@ -296,7 +301,11 @@ def wrench_rows(F: Forms, real: Any, spots: LaneArray, S: Symbols) -> None:
         b0, b1, b2 = splat(real.arms[i, 0]), splat(real.arms[i, 1]), splat(real.arms[i, 2])
         for k in range(3):
             a, b = (k + 1) % 3, (k + 2) % 3
-            y, y_a, y_b = load(spots, i, TO_FOOT + k), load(spots, i, TO_FOOT + a), load(spots, i, TO_FOOT + b)
+            y, y_a, y_b = (
+                load(spots, i, TO_FOOT + k),
+                load(spots, i, TO_FOOT + a),
+                load(spots, i, TO_FOOT + b),
+            )
             combine2(F, w + k, SCALE, y, SCALED + k, -one, S)
             add_scaled(F, w + k, TURNED + k, -one, S)
             widen(F, w + k, inflate_lanes(off, zero, 4.0), S)

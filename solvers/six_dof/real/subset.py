@@ -65,7 +65,7 @@ class RealSearch:
             if self.stop is not Stop.EXHAUSTED:
                 self.pending += len(small)
                 return
-            growing = MOST_LEAVES < len(small) and before < len(small)
+            growing = len(small) > MOST_LEAVES and before < len(small)
             cells, before = small, len(small)
             if len(cells):
                 self.roots += find_roots(self.real, cells, leaf, self.roots, self.budget)

@@ -59,10 +59,6 @@ EMPTY, WIDE, READY = range(3)
 """What a survey says of a cell."""
 
 
-TALLY = np.zeros((20, 40), dtype=np.int64)
-RATIO = np.zeros((40, 20), dtype=np.int64)
-
-
 class Desk(NamedTuple):
     """Where one thread surveys cells."""
 
@@ -80,9 +76,6 @@ class Desk(NamedTuple):
     """(3, 3) R(u_c) D_c."""
     inverse: NDArray[np.float64]
     """(3, 3) of the triple's directions."""
-    tally: NDArray[np.int64]
-    """(20, 40)."""
-    ratio: NDArray[np.int64]
 
 
 def new_desk(count: int, lanes: int) -> Desk:
@@ -95,8 +88,6 @@ def new_desk(count: int, lanes: int) -> Desk:
         np.zeros((count, SPOT, lanes)),
         np.zeros((3, 3)),
         np.zeros((3, 3)),
-        TALLY,
-        RATIO,
     )
 
 

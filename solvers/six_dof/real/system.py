@@ -173,7 +173,9 @@ def put(out: Any, i: int, j: int, t0: float, t1: float, lo: float, hi: float) ->
 
 
 @kernel()
-def cable(real: Any, i: int, reach: float, R: Any, dR: Any, z: Any, seen: Any, f: Any, J: Any, slopes: bool) -> None:
+def cable(
+    real: Any, i: int, reach: float, R: Any, dR: Any, z: Any, seen: Any, f: Any, J: Any, slopes: bool
+) -> None:
     """Add cable i's part of the equations and, if asked, of their derivatives."""
     n = real.n_taut
     t0, t1 = z[6 + i, 0], z[6 + i, 1]
@@ -209,7 +211,9 @@ def cable(real: Any, i: int, reach: float, R: Any, dR: Any, z: Any, seen: Any, f
 
 
 @kernel()
-def cable_slopes(real: Any, i: int, reach: float, arm: Any, e: Any, dR: Any, z: Any, seen: Any, J: Any) -> None:
+def cable_slopes(
+    real: Any, i: int, reach: float, arm: Any, e: Any, dR: Any, z: Any, seen: Any, J: Any
+) -> None:
     """Add cable i's part of the derivatives by u and p; ``arm, e`` (3, 2)."""
     n = real.n_taut
     t0, t1 = z[6 + i, 0], z[6 + i, 1]
