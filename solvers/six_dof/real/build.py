@@ -12,9 +12,11 @@ import numpy as np
 from cdpr_interval.mechanics.cables.pulley import OverPulley
 from cdpr_interval.mechanics.cables.straight import FixedExit
 from cdpr_interval.mechanics.six_dof.arrays import nearest, platform_size, triples_by_spread
+from numpy.typing import NDArray
 from solvers.questions.problem import Problem
 from solvers.six_dof.real.model import RealModel
 
+Floats = NDArray[np.float64]
 Vector = tuple[Fraction, Fraction, Fraction]
 ZERO: Vector = (Fraction(0), Fraction(0), Fraction(0))
 UNIT = 2.0**-50
@@ -46,15 +48,10 @@ def build(
     load: Vector,
     n_taut: int,
     *,
-    most_tension: float = math.inf,
     statics: bool = True,
     slack: bool = True,
 ) -> RealModel:
-    """Enclose the cables, the taut ones first, in the arrays of a ``RealModel``.
-
-    ``most_tension`` : a bound of all tensions, N; needed where cables stretch.
-    """
-    count = len(cables)
+    """Enclose the cables, the taut ones first, in the arrays of a ``RealModel``."""
     exits, exits_err = _vectors([c.exit for c in cables])
     arms, arms_err = _vectors([c.arm for c in cables])
     force, force_err = _vectors([load])
@@ -80,12 +77,11 @@ def build(
     )
     lengths = np.array([_outward(*c.length) for c in cables])
     compliance = np.array([_outward(*c.compliance) for c in cables])
-    paths = lengths.copy()
-    with np.errstate(invalid="ignore"):
-        paths[:, 1] += np.where(compliance[:, 1] > 0.0, compliance[:, 1] * most_tension * 1.000001, 0.0)
     least = np.where(radius > 0.0, fixed - radius * (1.5 * np.pi) - arm - radius, fixed)
     most = np.where(radius > 0.0, fixed + radius * np.pi + arm, fixed)
     margin = shift[:, 0] + 1e-12 * (1.0 + arm)
+    reach = np.linalg.norm(arms, axis=1) + np.linalg.norm(arms_err, axis=1)
+    paths = _paths(exits, reach, arm + radius, lengths, compliance, most + margin, force[0], n_taut)
     return RealModel(
         n_taut=n_taut,
         statics=statics,
@@ -103,6 +99,7 @@ def build(
         lengths=lengths,
         paths=paths,
         compliance=compliance,
+        elastic=bool((compliance[:n_taut, 1] > 0.0).any()),
         load=force[0],
         load_err=force_err[0],
         size=platform_size(arms[:n_taut]),
@@ -134,6 +131,33 @@ def model_for(problem: Problem, taut: Sequence[int], *, slack: bool = True) -> R
     cables = cables_of(problem)
     others = [i for i in range(len(cables)) if i not in taut] if slack else []
     return build([cables[i] for i in (*taut, *others)], problem.load, len(taut))
+
+
+def _paths(
+    exits: Floats,
+    reach: Floats,
+    pulley: Floats,
+    lengths: Floats,
+    compliance: Floats,
+    excess: Floats,
+    load: Floats,
+    n_taut: int,
+) -> Floats:
+    """Return bounds (N, 2) of path lengths in every static pose; of slack cables the upper ones are lengths.
+
+    With c the middle of the exit points and Q the farthest of what lies around c and around the centre of mass p,
+    together: where p is within 3 Q of c, L is at most 4 Q and an excess. Elsewhere every rope pulls back by at
+    least half of its tension, so that the tensions together are at most twice the load, which bounds the stretch.
+    """
+    paths = lengths.copy()
+    middle = exits.mean(axis=0)
+    far = np.linalg.norm(exits - middle, axis=1) + pulley
+    size = float(far.max() + reach.max())
+    stretched = lengths[:, 1] + 2.0 * np.linalg.norm(load) * compliance[:, 1]
+    highest = np.maximum(stretched, 4.0 * size + excess) * (1.0 + 1e-9)
+    is_elastic = (compliance[:, 1] > 0.0) & (np.arange(len(exits)) < n_taut)
+    paths[is_elastic, 1] = highest[is_elastic]
+    return paths
 
 
 def _vectors(vectors: Sequence[Vector]) -> tuple[np.ndarray, np.ndarray]:

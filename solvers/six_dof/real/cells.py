@@ -10,6 +10,7 @@ Arrays: as in ``cells.tests``; a cell has the columns ``REAL_COLUMNS``; ``contex
 
 from __future__ import annotations
 
+import math
 from typing import Any, NamedTuple
 
 from cdpr_interval.engine.batch_cells import (
@@ -55,10 +56,10 @@ from cdpr_interval.mechanics.six_dof.balance import (
 )
 from cdpr_interval.mechanics.six_dof.directions import centre_columns
 from cdpr_interval.mechanics.six_dof.geometry import rotation_rows
-from cdpr_interval.mechanics.six_dof.rows import BEFORE, DIMENSIONS, MOST_TAUT, MOVING, TENSIONS
+from cdpr_interval.mechanics.six_dof.rows import BEFORE, DIMENSIONS, MOST_TAUT, MOST_TENSION, MOVING, TENSIONS
 from solvers.six_dof.cells.bounds import near_root
 from solvers.six_dof.real import survey as surveys
-from solvers.six_dof.real.columns import BOX, CENTRE, FORMED, NEXT, RANGE, REAL_COLUMNS
+from solvers.six_dof.real.columns import BOX, CENTRE, DENSITIES, FORMED, NEXT, RANGE, REAL_COLUMNS
 from solvers.six_dof.real.shape import (
     back_to_box,
     length_row,
@@ -222,6 +223,42 @@ def balance_equations(context: Any, rank: int) -> int:
 
 
 @kernel(inline="always")
+def bound_densities(context: Any, rank: int, states: Any) -> None:
+    """Cut the densities of open lanes by the balance of forces; one that loses much makes a lane SMALLER."""
+    S, F, W, C, _, _ = context.scratch
+    n = context.real.n_taut
+    centre_columns(F, W, n)
+    store(W, FLAGS, BOUNDED, limit_tensions(F, W, n, rank, S))
+    for lane in range(LANES):
+        if states[lane] == OPEN:
+            for i in range(n):
+                high = W[MOST_TENSION, i, lane] if W[FLAGS, BOUNDED, lane] > 0.0 else math.inf
+                if cut_density(C, lane, i, -math.inf, high):
+                    states[lane] = SMALLER
+    store(W, FLAGS, BOUNDED, tension_bounds(F, W, n, S))
+    for lane in range(LANES):
+        if (states[lane] == OPEN or states[lane] == SMALLER) and W[FLAGS, BOUNDED, lane] > 0.0:
+            for i in range(n):
+                if cut_density(C, lane, i, W[TENSIONS, i, lane], W[TENSIONS + 1, i, lane]):
+                    states[lane] = SMALLER
+    for lane in range(LANES):
+        if states[lane] == OPEN or states[lane] == SMALLER:
+            for i in range(n):
+                if C[0, DENSITIES + 2 * i, lane] > C[0, DENSITIES + 2 * i + 1, lane]:
+                    states[lane] = UNBALANCED
+
+
+@kernel()
+def cut_density(C: LaneArray, lane: int, i: int, low: float, high: float) -> bool:
+    """Cut the bounds of a density; True where much of them is gone."""
+    k = DENSITIES + 2 * i
+    before = C[0, k + 1, lane] - C[0, k, lane]
+    C[0, k, lane] = max(C[0, k, lane], low)
+    C[0, k + 1, lane] = min(C[0, k + 1, lane], high)
+    return bool(shrunk(C[0, k + 1, lane] - C[0, k, lane], before))
+
+
+@kernel(inline="always")
 def settled(context: Any, states: Any) -> None:
     """Mark as SETTLED the open lanes all of whose equilibria lie in one root's uniqueness box."""
     S, F, W, C, _, _ = context.scratch
@@ -240,8 +277,12 @@ def settled(context: Any, states: Any) -> None:
                 inside = inside and roots[k, 4 + c] <= place_of(C, lane, c, held, False)
                 inside = inside and place_of(C, lane, c, held, True) <= roots[k, 4 + size + c]
             for j in range(n):
-                inside = inside and roots[k, 7 + j] <= W[TENSIONS, j, lane]
-                inside = inside and W[TENSIONS + 1, j, lane] <= roots[k, 7 + size + j]
+                low, high = W[TENSIONS, j, lane], W[TENSIONS + 1, j, lane]
+                if context.real.elastic:
+                    low = max(low, C[0, DENSITIES + 2 * j, lane])
+                    high = min(high, C[0, DENSITIES + 2 * j + 1, lane])
+                inside = inside and roots[k, 7 + j] <= low
+                inside = inside and high <= roots[k, 7 + size + j]
             if inside:
                 states[lane] = SETTLED
 
@@ -281,6 +322,8 @@ def process(context: Any, count: int, children: Any) -> None:
     rotation_rows(F, C, CHART, S)
     rank = exclude(context, states)
     if any_open(states):
+        if context.real.elastic:
+            bound_densities(context, rank, states)
         settled(context, states)
         for lane in range(LANES):
             if states[lane] == OPEN:
@@ -319,9 +362,8 @@ def verdict(context: Any, lane: int, children: Any) -> int:
     C, state, desk = context.scratch.cells, context.scratch.states[lane], context.desk
     if is_empty(state):
         return 0
-    formed = desk.held[lane, FORMED] > 0.0
     back_to_box(C, lane, desk)
-    if state == SMALLER and formed and much_smaller(context.scratch.work, C, lane, desk.held):
+    if state == SMALLER and (context.real.elastic or much_smaller(context.scratch.work, C, lane, desk.held)):
         return int(copy_cell(C, lane, children))
     return int(bisect(C, lane, int(desk.held[lane, NEXT]), children, context.leaf_size))
 

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from solvers.six_dof.cells.columns import Columns
 
-REAL_COLUMNS = Columns(variables=6, chart=12, branch=-1, share=13, width=14)
+DENSITIES = 13
+"""Bounds of t_i = tension / free length of up to six taut cables, lo and hi of each; only of elastic ones."""
+REAL_COLUMNS = Columns(variables=6, chart=12, branch=-1, share=25, width=26)
 """Cells in (u, p): bounds of u, then bounds of the centre of mass, which are any box that holds it."""
 
 PATH, FREE, SIDE, HEIGHT, RHO = range(5)
@@ -17,8 +19,12 @@ REACH, LEAST_FREE, LEAST_SIDE, LOOSE, DRIFT = range(22, 27)
 """how far X may be from X0, the least sigma and x there, the error of the path length as that of a sphere
 about T0, how far T may be from T0;"""
 HUB, NEAREST, FARTHEST = 27, 30, 31
-"""A - R(u_c) b, and bounds of how far from it the centre of mass is."""
-SEEN = 32
+"""A - R(u_c) b, and bounds of how far from it the centre of mass is;"""
+LOWEST, HIGHEST = 32, 33
+"""bounds of the path length, by length and stretch;"""
+WAY = 34
+"""X0 - A."""
+SEEN = 37
 """How many there are."""
 
 CENTRE, FIRST, SECOND, RANGE, BOX, NEXT, FORMED = 0, 3, 12, 30, 33, 39, 40

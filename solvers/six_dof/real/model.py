@@ -49,6 +49,8 @@ class RealModel(NamedTuple):
     """(N, 2) bounds of the path length L of a taut cable; of slack ones only the upper."""
     compliance: Floats
     """(N, 2) bounds of 1 / k, the stretch by 1 N; 0 of cables that do not stretch."""
+    elastic: bool
+    """Some taut cable stretches."""
     load: Floats
     """(3,) f."""
     load_err: Floats

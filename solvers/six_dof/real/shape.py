@@ -55,9 +55,11 @@ from solvers.six_dof.real.columns import (
     FOOT,
     FORMED,
     FREE,
+    HIGHEST,
     LEVEL,
     LEVEL_ERROR,
     LOOSE,
+    LOWEST,
     PATH,
     POINT_ERROR,
     RANGE,
@@ -92,7 +94,7 @@ def spot(real: Any, lane: int, desk: Any) -> None:
         # T0 is now p_c + y.
         moved = ROUNDING * size
         start = seen[i, PATH] - seen[i, FREE]
-        low, high = real.paths[i, 0] - start, real.paths[i, 1] - start
+        low, high = seen[i, LOWEST] - start, seen[i, HIGHEST] - start
         if i >= real.n_taut:
             low = high
         radius = 0.5 * (low + high)

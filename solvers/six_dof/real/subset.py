@@ -19,7 +19,7 @@ from cdpr_interval.kernels.lanes import LANES
 from cdpr_interval.kernels.second_order import WHOLE_POSE
 from solvers.six_dof.cells.roots import Root
 from solvers.six_dof.real.cells import RealContext, run
-from solvers.six_dof.real.columns import REAL_COLUMNS
+from solvers.six_dof.real.columns import DENSITIES, REAL_COLUMNS
 from solvers.six_dof.real.model import RealModel
 from solvers.six_dof.real.roots import find_roots
 from solvers.six_dof.real.rows import FORMS, WORK
@@ -110,5 +110,6 @@ def start_cells(real: RealModel) -> Floats:
     cells[:, 0:6:2], cells[:, 1:6:2] = -1.0, 1.0
     cells[:, 6:12:2], cells[:, 7:12:2] = lo, hi
     cells[:, REAL_COLUMNS.chart] = np.arange(4)
+    cells[:, DENSITIES + 1 : REAL_COLUMNS.share : 2] = np.inf
     cells[:, REAL_COLUMNS.share] = 0.25
     return cells

@@ -26,11 +26,16 @@ from solvers.six_dof.real.columns import (
     ALONG,
     AWAY,
     CENTRE,
+    DENSITIES,
+    DRIFT,
     FARTHEST,
+    FREE,
     HELD,
+    HIGHEST,
     HUB,
     LEAST_FREE,
     LEAST_SIDE,
+    LOWEST,
     NEAREST,
     NEXT,
     OFF_LENGTH,
@@ -40,6 +45,7 @@ from solvers.six_dof.real.columns import (
     SEEN,
     SIZE,
     SPOT,
+    WAY,
 )
 from solvers.six_dof.real.path import ROUNDING, around, see
 
@@ -118,16 +124,21 @@ def look_at(real: Any, C: Any, lane: int, turned: float, desk: Any) -> bool:
             x1 += desk.turn[1, j] * real.arms[i, j]
             x2 += desk.turn[2, j] * real.arms[i, j]
         see(real, i, x0, x1, x2, seen)
+        seen[i, WAY], seen[i, WAY + 1] = x0 - real.exits[i, 0], x1 - real.exits[i, 1]
+        seen[i, WAY + 2] = x2 - real.exits[i, 2]
         off = 2.0 * ROUNDING * seen[i, SIZE] + real.shift[i, 0] + real.shift[i, 1] * seen[i, AWAY]
         delta = turned * real.arm_lengths[i] * (1.0 + 1e-12) + off
         reach = half + delta
         is_taut = i < real.n_taut
-        low, high = real.paths[i, 0], real.paths[i, 1]
+        desk.smooth[i] = around(real, i, reach, seen)
+        seen[i, LOWEST], seen[i, HIGHEST] = real.paths[i, 0], real.paths[i, 1]
+        if is_taut and real.compliance[i, 1] > 0.0 and not stretch(real, C, lane, i, desk):
+            return False
+        low, high = seen[i, LOWEST], seen[i, HIGHEST]
         if seen[i, AWAY] - reach + real.least_excess[i] > high:
             return False
         if is_taut and seen[i, AWAY] + reach + real.most_excess[i] < low:
             return False
-        desk.smooth[i] = around(real, i, reach, seen)
         shell(real, i, x0, x1, x2, reach, delta, desk, lane)
         if not desk.smooth[i]:
             continue
@@ -141,6 +152,108 @@ def look_at(real: Any, C: Any, lane: int, turned: float, desk: Any) -> bool:
         desk.bounds[i, 0] = -math.inf
         if is_taut:
             desk.bounds[i, 0] = low - seen[i, PATH] - (delta + above + near) * (1.0 + 1e-12)
+    return True
+
+
+@kernel()
+def pulled(real: Any, C: Any, lane: int, v0: float, v1: float, v2: float, desk: Any) -> bool:
+    """Bound the densities of the taut cables by the forces along a direction v; False where they cannot balance.
+
+    sum t_i (X_i - T_i) . v = f . v with t_i >= 0: where all (X_i - T_i) . v are positive, f . v is, and bounds
+    each t_i.
+    """
+    load = real.load[0] * v0 + real.load[1] * v1 + real.load[2] * v2
+    off = real.load_err[0] + real.load_err[1] + real.load_err[2]
+    off += ROUNDING * (abs(real.load[0]) + abs(real.load[1]) + abs(real.load[2]))
+    for i in range(real.n_taut):
+        if not along(real, i, v0, v1, v2, desk) > 0.0:
+            return True
+    # The direction is a unit vector but for rounding.
+    if load + 2.0 * off <= 0.0:
+        return False
+    for i in range(real.n_taut):
+        k = DENSITIES + 2 * i
+        most = (load + 2.0 * off) / along(real, i, v0, v1, v2, desk) * (1.0 + 1e-12)
+        C[0, k + 1, lane] = min(C[0, k + 1, lane], most)
+    return True
+
+
+@kernel()
+def along(real: Any, i: int, v0: float, v1: float, v2: float, desk: Any) -> float:
+    """Return a lower bound of (X - T) . v of a taut cable over the cell."""
+    seen = desk.seen
+    if desk.smooth[i]:
+        drift = seen[i, DRIFT] + ROUNDING * seen[i, SIZE]
+        total = seen[i, ALONG] * v0 + seen[i, ALONG + 1] * v1 + seen[i, ALONG + 2] * v2
+        return float(total * seen[i, FREE] - (seen[i, REACH] + drift) * (1.0 + 1e-12) - 2.0 * seen[i, OFF_POINT])
+    total = seen[i, WAY] * v0 + seen[i, WAY + 1] * v1 + seen[i, WAY + 2] * v2
+    far = seen[i, REACH] + real.arm[i] + real.radius[i] + real.shift[i, 0] + 2.0 * ROUNDING * seen[i, SIZE]
+    return float(total - far * (1.0 + 1e-12))
+
+
+@kernel()
+def held_up(real: Any, C: Any, lane: int, desk: Any) -> bool:
+    """Bound the densities by the forces along the load, along the ropes, and along the ropes across the load."""
+    f0, f1, f2 = real.load[0], real.load[1], real.load[2]
+    size = math.sqrt(f0 * f0 + f1 * f1 + f2 * f2)
+    if not size > 0.0:
+        return True
+    f0, f1, f2 = f0 / size, f1 / size, f2 / size
+    if not pulled(real, C, lane, f0, f1, f2, desk):
+        return False
+    v0, v1, v2 = 0.0, 0.0, 0.0
+    for i in range(real.n_taut):
+        away = desk.seen[i, AWAY]
+        v0 += desk.seen[i, WAY] / away
+        v1 += desk.seen[i, WAY + 1] / away
+        v2 += desk.seen[i, WAY + 2] / away
+    size = math.sqrt(v0 * v0 + v1 * v1 + v2 * v2)
+    if not size > 1e-3:
+        return True
+    v0, v1, v2 = v0 / size, v1 / size, v2 / size
+    if not pulled(real, C, lane, v0, v1, v2, desk):
+        return False
+    down = f0 * v0 + f1 * v1 + f2 * v2
+    v0, v1, v2 = v0 - down * f0, v1 - down * f1, v2 - down * f2
+    size = math.sqrt(v0 * v0 + v1 * v1 + v2 * v2)
+    if not size > 1e-2:
+        return True
+    v0, v1, v2 = v0 / size, v1 / size, v2 / size
+    # Slightly up, so that the load's part is surely not positive.
+    tilt = 1e-9
+    return pulled(real, C, lane, v0 - tilt * f0, v1 - tilt * f1, v2 - tilt * f2, desk)
+
+
+@kernel()
+def stretch(real: Any, C: Any, lane: int, i: int, desk: Any) -> bool:
+    """Bound path length and density of a taut cable that stretches by each other; False where they exclude it.
+
+    L = l + c t sigma; L and sigma have slopes of at most 1 and 1 + r / sigma in X.
+    """
+    seen = desk.seen
+    reach = seen[i, REACH]
+    if desk.smooth[i]:
+        off = (1.0 + real.radius[i] / seen[i, LEAST_FREE]) * reach + 2.0 * seen[i, OFF_POINT]
+        near, far = seen[i, LEAST_FREE] * (1.0 - 1e-12), (seen[i, FREE] + off) * (1.0 + 1e-12)
+        off = (reach + seen[i, OFF_LENGTH]) * (1.0 + 1e-12)
+        least, most = seen[i, PATH] - off, seen[i, PATH] + off
+    else:
+        near, far = 0.0, (seen[i, AWAY] + reach + real.arm[i]) * (1.0 + 1e-12) + ROUNDING * seen[i, SIZE]
+        least = seen[i, AWAY] - reach + real.least_excess[i]
+        most = seen[i, AWAY] + reach + real.most_excess[i]
+    k = DENSITIES + 2 * i
+    room = ROUNDING * (seen[i, SIZE] + real.lengths[i, 1])
+    lowest = (least - real.lengths[i, 1] - room) / (real.compliance[i, 1] * far)
+    C[0, k, lane] = max(C[0, k, lane], lowest * (1.0 - 1e-12 if lowest > 0.0 else 1.0 + 1e-12))
+    if near > 0.0 and real.compliance[i, 0] > 0.0:
+        highest = (most - real.lengths[i, 0] + room) / (real.compliance[i, 0] * near)
+        C[0, k + 1, lane] = min(C[0, k + 1, lane], highest * (1.0 + 1e-12 if highest > 0.0 else 1.0 - 1e-12))
+    if not C[0, k, lane] <= C[0, k + 1, lane]:
+        return False
+    low = real.lengths[i, 0] + real.compliance[i, 0] * C[0, k, lane] * near
+    high = real.lengths[i, 1] + real.compliance[i, 1] * C[0, k + 1, lane] * far
+    seen[i, LOWEST] = low * (1.0 - 1e-14)
+    seen[i, HIGHEST] = min(seen[i, HIGHEST], high * (1.0 + 1e-14))
     return True
 
 
@@ -166,10 +279,10 @@ def shell(
             excess = seen[i, PATH] - seen[i, AWAY]
             least, most = max(least, excess - change), min(most, excess + change)
     off = delta + ROUNDING * seen[i, SIZE]
-    seen[i, FARTHEST] = (real.paths[i, 1] - least + off) * (1.0 + 1e-12)
+    seen[i, FARTHEST] = (seen[i, HIGHEST] - least + off) * (1.0 + 1e-12)
     seen[i, NEAREST] = 0.0
     if i < real.n_taut:
-        seen[i, NEAREST] = max(0.0, (real.paths[i, 0] - most - off) * (1.0 - 1e-12))
+        seen[i, NEAREST] = max(0.0, (seen[i, LOWEST] - most - off) * (1.0 - 1e-12))
 
 
 @kernel()
@@ -318,6 +431,8 @@ def survey(real: Any, F: Any, C: Any, lane: int, desk: Any) -> int:
     for _ in range(LOOKS):
         before = max(half_width(C, lane, 0), half_width(C, lane, 1), half_width(C, lane, 2))
         if not look_at(real, C, lane, turned, desk):
+            return EMPTY
+        if real.statics and not held_up(real, C, lane, desk):
             return EMPTY
         size = desk.seen[0, SIZE]
         for _ in range(SHAVINGS):
