@@ -54,5 +54,7 @@ def complaints(robot: Robot, taut: tuple[int, ...] | None, options: Options, lab
     if options.ignore_tension_sign and tight != MOST_TAUT:
         rule = f"needs exactly six taut cables of a platform, got {counted(tight, 'cable')}"
         yield f"{label('ignore_tension_sign')}: {rule}"
+    elif options.ignore_tension_sign and needs_real_cells(robot):
+        yield f"{label('ignore_tension_sign')}: is for straight inextensible cables"
     if options.method is Method.CONVEX:
         yield f"{label('method')}: 'convex' is for point-mass robots, this is a platform"

@@ -82,6 +82,10 @@ REST_SHARE = 8.0
 """How wide the rest w may be over what the rotations move the platform by: else positions are bisected."""
 
 
+STRETCHED_SHARE = 1.0
+"""The same where cables stretch, whose lengths hardly bound positions before the tensions are bounded."""
+
+
 class RealContext(NamedTuple):
     """What a compiled search looks at cells with."""
 
@@ -353,7 +357,8 @@ def choose_next(real: Any, C: LaneArray, lane: int, desk: Any) -> None:
         if wide > most:
             most, place = wide, k
     far = arm * turned + max(held[lane, RANGE], max(held[lane, RANGE + 1], held[lane, RANGE + 2]))
-    held[lane, NEXT] = 3 + place if most > REST_SHARE * far else best
+    share = STRETCHED_SHARE if real.elastic else REST_SHARE
+    held[lane, NEXT] = 3 + place if most > share * far else best
 
 
 @kernel(inline="always")

@@ -22,6 +22,10 @@ from solvers.six_dof.solution import height, length_ball, nominal, origin
 
 Floats = NDArray[np.float64]
 
+OFF_REASON = "the pose is proved, but one of its other cables has no path there"
+MOST_CELLS = 5_000
+"""More cells than this are one region."""
+
 
 @dataclass(frozen=True)
 class Seen:
@@ -64,7 +68,8 @@ def solution_of(problem: Problem, options: Options, taut: tuple[int, ...], root:
         return None
     view = views(problem, pose)
     if view is None:
-        return None
+        position, rotation = balls.bounds_array(origin(problem.robot, pose)), balls.bounds_array(pose.rotation)
+        return Undecided(taut, 1, OFF_REASON, position, np.clip(rotation, -1.0, 1.0).reshape(3, 3, 2))
     densities = dict(zip(taut, pose.densities, strict=True))
     states: list[CableState] = []
     respected: bool | None = True
@@ -167,6 +172,8 @@ def _corner(block: arb_mat) -> arb_mat:
 
 def regions(problem: Problem, taut: tuple[int, ...], cells: Floats, reason: str) -> list[Undecided]:
     """Return one entry for each connected cluster of undecided cells."""
+    if len(cells) > MOST_CELLS:
+        return [_anywhere(problem, taut, cells, reason)]
     found = []
     for group in connected(cells, REAL_COLUMNS.chart):
         chart = int(cells[group[0], REAL_COLUMNS.chart])
@@ -180,3 +187,12 @@ def regions(problem: Problem, taut: tuple[int, ...], cells: Floats, reason: str)
             Undecided(taut, len(few), reason, balls.bounds_array(origin(problem.robot, pose)), rotation)
         )
     return found
+
+
+def _anywhere(problem: Problem, taut: tuple[int, ...], cells: Floats, reason: str) -> Undecided:
+    """Return one entry for all cells, whatever the rotation."""
+    centre = balls.norm(balls.ranges(problem.loaded.centre_ranges))
+    lo, hi = cells[:, 6:12:2].min(axis=0), cells[:, 7:12:2].max(axis=0)
+    far = balls.to_bounds(centre)[1]
+    position = np.stack([np.nextafter(lo - far, -np.inf), np.nextafter(hi + far, np.inf)], axis=1)
+    return Undecided(taut, len(cells), reason, position, np.tile(np.array([-1.0, 1.0]), (3, 3, 1)))

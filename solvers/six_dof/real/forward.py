@@ -7,7 +7,7 @@ import time
 from cdpr_interval.engine.budget import Budget, Stop
 from cdpr_interval.engine.search import Report
 from cdpr_interval.exact import balls
-from solvers.answers.data import Answer, Outcome, StopReason, SubsetReport
+from solvers.answers.data import Answer, Outcome, StopReason, SubsetReport, Undecided
 from solvers.questions.problem import Options, Problem, Progress
 from solvers.six_dof.forward import Found, subsets
 from solvers.six_dof.merge import distinct
@@ -16,7 +16,6 @@ from solvers.six_dof.real.entries import regions, solution_of
 from solvers.six_dof.real.subset import RealSearch
 
 NO_POSE = "no static pose: every taut subset is excluded"
-MANY_ELASTIC = "more than six taut cables, which share the load by their stretch, are not searched yet"
 
 
 def solve(problem: Problem, options: Options) -> Answer:
@@ -66,7 +65,9 @@ class RealRun:
             self.stopped = search.stop
         for root in distinct(search.roots):
             solution = solution_of(self.problem, self.options, taut, root)
-            if solution is not None:
+            if isinstance(solution, Undecided):
+                found.undecided.append(solution)
+            elif solution is not None:
                 found.solutions.append(solution)
         if len(search.undecided):
             found.undecided += regions(self.problem, taut, search.undecided, search.reason)

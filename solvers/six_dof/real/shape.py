@@ -104,7 +104,7 @@ def spot(real: Any, lane: int, desk: Any) -> None:
         error = loose * (abs(radius) + 0.5 * loose) + ROUNDING * (total + b * b + radius * radius)
         spots[i, LEVEL, lane] = level
         spots[i, LEVEL_ERROR, lane] = error * (1.0 + 1e-12)
-        spots[i, POINT_ERROR, lane] = (seen[i, DRIFT] + moved) * (1.0 + 1e-12)
+        spots[i, POINT_ERROR, lane] = (seen[i, DRIFT] + moved + real.shift[i, 0]) * (1.0 + 1e-12)
 
 
 @kernel()

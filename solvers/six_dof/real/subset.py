@@ -7,6 +7,7 @@ root's uniqueness box is settled. What remains at the last leaf size is undecide
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,8 +32,41 @@ FIRST_LEAF = 0.04
 LEAF_RATIO = 0.125
 LAST_LEAF = 1e-7
 """Leaf size at which the search gives up."""
+SPREAD_SHARE = 0.5
+"""Last leaf size over the width of the length ranges in units of the platform's size."""
+MOST_OF_FAMILY = 2
+"""So many taut cables may let the platform turn about an axis: its poses are no points, and no search ends."""
+FAMILY_CELLS = 400_000
+"""Cells for such a subset; where it has no pose, a tenth of them is enough."""
+FAMILY_REASON = "these cables may have a family of poses, which is not resolved for cables over pulleys yet"
+MANY_REASON = "too many cells remain: the solutions seem to form a continuum"
+SMALL_REASON = "the smallest cells could neither be excluded nor proved"
 MOST_LEAVES = 60_000
 """More leaves than this, and more than in the round before, are no neighbourhoods of single points."""
+
+
+class Share(Budget):
+    """A part of a budget: so many cells of it, for a search that need not end."""
+
+    def __init__(self, whole: Budget, cells: int) -> None:
+        super().__init__(None, cells)
+        self.whole = whole
+
+    def reserve(self, wanted: int) -> int:
+        """Return how many cells may be looked at now, by both budgets."""
+        own = super().reserve(wanted)
+        both = self.whole.reserve(own) if own else 0
+        super().settle(own - both, 0)
+        return both
+
+    def settle(self, reserved: int, used: int) -> None:
+        """Book the cells really looked at in both."""
+        super().settle(reserved, used)
+        self.whole.settle(reserved, used)
+
+    def stop(self) -> Stop | None:
+        """Return why the search must stop now, or None."""
+        return self.whole.stop() or super().stop()
 
 
 @dataclass
@@ -53,31 +87,40 @@ class RealSearch:
     def solve(self, cells: Floats | None = None) -> None:
         """Run all rounds; ``cells`` : where to search, by default everywhere."""
         cells = start_cells(self.real) if cells is None else cells
+        budget = Share(self.budget, FAMILY_CELLS) if self.real.n_taut <= MOST_OF_FAMILY else self.budget
         leaf, before = FIRST_LEAF, 0
         while len(cells):
             result = search(
-                lambda leaf=leaf: self.run(leaf), cells, self.budget, threads=self.threads, report=self.report
+                partial(self.run, leaf), cells, budget, threads=self.threads, report=self.report
             )
             self.cells += result.cells
-            self.stop = result.stop
-            self.pending += len(result.pending)
             small = result.leaves[result.kinds == SMALL]
-            if self.stop is not Stop.EXHAUSTED:
-                self.pending += len(small)
+            if result.stop is not Stop.EXHAUSTED:
+                self.end_early(result.stop, np.concatenate([result.pending, small]))
                 return
-            growing = len(small) > MOST_LEAVES and before < len(small)
+            growing = MOST_LEAVES < len(small) and before < len(small)
             cells, before = small, len(small)
             if len(cells):
-                self.roots += find_roots(self.real, cells, leaf, self.roots, self.budget)
+                self.roots += find_roots(self.real, cells, leaf, self.roots, budget)
             leaf *= LEAF_RATIO
-            if growing or leaf < LAST_LEAF:
+            if growing or leaf < self.last_leaf:
                 self.undecided = cells
-                self.reason = (
-                    "too many cells remain: the solutions seem to form a continuum"
-                    if growing
-                    else "the smallest cells could neither be excluded nor proved"
-                )
+                self.reason = MANY_REASON if growing else SMALL_REASON
                 return
+
+    def end_early(self, stop: Stop, cells: Floats) -> None:
+        """Keep what is left when a budget is spent: pending, or of a family that was given only a part of it."""
+        if self.budget.stop() is None:
+            self.undecided, self.reason = cells, FAMILY_REASON
+        else:
+            self.stop, self.pending = stop, self.pending + len(cells)
+
+    @property
+    def last_leaf(self) -> float:
+        """The leaf size at which to give up: poses of lengths with ranges spread over smaller cells."""
+        n = self.real.n_taut
+        spread = float((self.real.lengths[:n, 1] - self.real.lengths[:n, 0]).max()) / self.real.size
+        return max(LAST_LEAF, SPREAD_SHARE * spread)
 
     def context(self, leaf_size: float) -> RealContext:
         """Return what the compiled search looks at cells with."""

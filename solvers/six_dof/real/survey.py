@@ -51,6 +51,8 @@ from solvers.six_dof.real.path import ROUNDING, around, see
 
 LOOKS = 5
 """Most times that all cables cut a box."""
+STEPS = 8
+"""Steps of the perceptron that looks for directions along which all ropes pull back."""
 SHAVINGS = 2
 """Times that all shells cut a box in one look."""
 GAIN = 0.75
@@ -193,7 +195,11 @@ def along(real: Any, i: int, v0: float, v1: float, v2: float, desk: Any) -> floa
 
 @kernel()
 def held_up(real: Any, C: Any, lane: int, desk: Any) -> bool:
-    """Bound the densities by the forces along the load, along the ropes, and along the ropes across the load."""
+    """Bound the densities by the forces along some directions; False where they cannot balance the load.
+
+    The directions are the load's, and two that a perceptron finds: with all ropes pulling back, and with the load
+    not pulling forward besides.
+    """
     f0, f1, f2 = real.load[0], real.load[1], real.load[2]
     size = math.sqrt(f0 * f0 + f1 * f1 + f2 * f2)
     if not size > 0.0:
@@ -201,27 +207,39 @@ def held_up(real: Any, C: Any, lane: int, desk: Any) -> bool:
     f0, f1, f2 = f0 / size, f1 / size, f2 / size
     if not pulled(real, C, lane, f0, f1, f2, desk):
         return False
-    v0, v1, v2 = 0.0, 0.0, 0.0
-    for i in range(real.n_taut):
-        away = desk.seen[i, AWAY]
-        v0 += desk.seen[i, WAY] / away
-        v1 += desk.seen[i, WAY + 1] / away
-        v2 += desk.seen[i, WAY + 2] / away
-    size = math.sqrt(v0 * v0 + v1 * v1 + v2 * v2)
-    if not size > 1e-3:
-        return True
-    v0, v1, v2 = v0 / size, v1 / size, v2 / size
-    if not pulled(real, C, lane, v0, v1, v2, desk):
-        return False
-    down = f0 * v0 + f1 * v1 + f2 * v2
-    v0, v1, v2 = v0 - down * f0, v1 - down * f1, v2 - down * f2
-    size = math.sqrt(v0 * v0 + v1 * v1 + v2 * v2)
-    if not size > 1e-2:
-        return True
-    v0, v1, v2 = v0 / size, v1 / size, v2 / size
-    # Slightly up, so that the load's part is surely not positive.
-    tilt = 1e-9
-    return pulled(real, C, lane, v0 - tilt * f0, v1 - tilt * f1, v2 - tilt * f2, desk)
+    for turn in range(2):
+        v0, v1, v2 = 0.0, 0.0, 0.0
+        if turn == 1:
+            v0, v1, v2 = -f0, -f1, -f2
+        for i in range(real.n_taut):
+            away = desk.seen[i, AWAY]
+            v0 += desk.seen[i, WAY] / away
+            v1 += desk.seen[i, WAY + 1] / away
+            v2 += desk.seen[i, WAY + 2] / away
+        for _ in range(STEPS):
+            size = math.sqrt(v0 * v0 + v1 * v1 + v2 * v2)
+            if not size > 1e-6:
+                break
+            worst, place = 0.0, -1
+            if turn == 1:
+                worst = -(f0 * v0 + f1 * v1 + f2 * v2) / size - 1e-9
+                place = real.n_taut if worst < 0.0 else -1
+            for i in range(real.n_taut):
+                now = along(real, i, v0 / size, v1 / size, v2 / size, desk) / desk.seen[i, AWAY]
+                if now <= worst or (place < 0 and now <= 0.0):
+                    worst, place = now, i
+            if place < 0 or worst > 0.0:
+                if not pulled(real, C, lane, v0 / size, v1 / size, v2 / size, desk):
+                    return False
+                break
+            if place == real.n_taut:
+                v0, v1, v2 = v0 - f0, v1 - f1, v2 - f2
+            else:
+                away = desk.seen[place, AWAY]
+                v0 += desk.seen[place, WAY] / away
+                v1 += desk.seen[place, WAY + 1] / away
+                v2 += desk.seen[place, WAY + 2] / away
+    return True
 
 
 @kernel()
@@ -432,7 +450,7 @@ def survey(real: Any, F: Any, C: Any, lane: int, desk: Any) -> int:
         before = max(half_width(C, lane, 0), half_width(C, lane, 1), half_width(C, lane, 2))
         if not look_at(real, C, lane, turned, desk):
             return EMPTY
-        if real.statics and not held_up(real, C, lane, desk):
+        if real.elastic and real.statics and not held_up(real, C, lane, desk):
             return EMPTY
         size = desk.seen[0, SIZE]
         for _ in range(SHAVINGS):
