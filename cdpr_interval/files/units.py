@@ -59,7 +59,8 @@ def _with_unit(key: str, theirs: str, ours: str, known: Collection[str]) -> str 
     """Return the known key of our unit that a key of another unit means, mistyped or not."""
     word = key.lower() if theirs.islower() else key
     stem = word.removesuffix(f"_{theirs}")
-    if stem == word or key in known:
+    if stem == word or key in known or f"{word}_{ours}" in known:
+        # ``lead_in`` lacks its unit.
         return None
     stems = {name.removesuffix(f"_{ours}"): name for name in known if name.endswith(f"_{ours}")}
     if near := difflib.get_close_matches(stem, stems, 1):

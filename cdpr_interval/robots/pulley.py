@@ -136,7 +136,7 @@ def complaints(pulley: Any, keys: tuple[str, ...]) -> list[tuple[str, str]]:
         found.append((axis_key, "must not be the zero vector"))
     if as_range(pulley.lead_in).lo < 0:
         found.append((lead_in_key, f"must not be negative, got {_short(as_range(pulley.lead_in).lo)}"))
-    if pulley.joints not in (1, 2):
+    if type(pulley.joints) is not int or pulley.joints not in (1, 2):
         found.append((joints_key, f"must be 1 or 2, got {pulley.joints!r}"))
     elif pulley.joints == 2 and radius.hi > 0 and as_range(pulley.lead_in).lo <= 0:
         found.append((lead_in_key, TWO_LEGS))

@@ -139,7 +139,7 @@ def _balance_or_none(model: StaticModel, pose: Pose, taut: tuple[int, ...]) -> _
     try:
         return _balance(model, pose, taut)
     except InputError:
-        # The trial step ran an anchor into its exit point.
+        # The trial step ran an anchor into its exit point or pulley.
         return None
 
 
@@ -155,7 +155,12 @@ def _slide_back(model: StaticModel, start: Pose, pose: Pose, taut: tuple[int, ..
             break
         share = 1.0
         while share > 1e-3:
-            trial = _balance_load(model, model.moved(pose, share * slide), taut, MOST_RETURNS)
+            try:
+                trial = _balance_load(model, model.moved(pose, share * slide), taut, MOST_RETURNS)
+            except InputError:
+                # The slide ran an anchor into its exit point or pulley.
+                share /= 2.0
+                continue
             shorter = model.displacement(start, trial)
             if (
                 np.linalg.norm(shorter) < distance * (1.0 - 1e-12)

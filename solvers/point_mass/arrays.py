@@ -93,7 +93,8 @@ def up_direction(gravity: Vector) -> tuple[tuple[Fraction, Fraction], ...]:
 
 
 @lru_cache(maxsize=MOST_KEPT)
-def _frame(origin: Vector, centre: Vector, gravity: Vector, unit: float, force_unit: float) -> Bounds:
+def frame_rows(origin: Vector, centre: Vector, gravity: Vector, unit: float, force_unit: float) -> Bounds:
+    """Return the rows (9, 2) of `solvers.point_mass.fields.report`."""
     up = up_direction(gravity)
     height_lo = sum((min(u[0] * a, u[1] * a) for u, a in zip(up, origin, strict=True)), Fraction(0))
     height_hi = sum((max(u[0] * a, u[1] * a) for u, a in zip(up, origin, strict=True)), Fraction(0))
@@ -120,7 +121,7 @@ def build_arrays(robot: Robot, load: Vector) -> RobotArrays:
     exits = tuple(exact_point(cable.frame_anchor) for cable in robot.cables)
     origin = exits[0]
     unit, exit_bounds = _exit_bounds(exits)
-    force_unit = _force_unit(load)
+    force_unit = force_unit_of(load)
     return RobotArrays(
         robot=robot,
         load_exact=load,
@@ -131,8 +132,8 @@ def build_arrays(robot: Robot, load: Vector) -> RobotArrays:
         ),
         exit_bounds=exit_bounds,
         given=_given(robot, Fraction(unit), Fraction(force_unit)),
-        load=_load_bounds(load, force_unit),
-        frame=_frame(
+        load=load_bounds(load, force_unit),
+        frame=frame_rows(
             origin,
             exact_point(robot.platform.centre_of_mass),
             exact_point(robot.gravity),
@@ -156,12 +157,14 @@ def _exit_bounds(exits: tuple[Vector, ...]) -> tuple[float, Bounds]:
 
 
 @lru_cache(maxsize=MOST_KEPT)
-def _force_unit(load: Vector) -> float:
+def force_unit_of(load: Vector) -> float:
+    """Return the unit of force, N, for a load (N)."""
     return power_of_two(max(abs(x) for x in load))
 
 
 @lru_cache(maxsize=MOST_KEPT)
-def _load_bounds(load: Vector, force_unit: float) -> Bounds:
+def load_bounds(load: Vector, force_unit: float) -> Bounds:
+    """Enclose a load (N) in units of force, (3, 2)."""
     unit = Fraction(force_unit)
     return _bounds(x / unit for x in load)
 
@@ -190,8 +193,8 @@ def with_load(arrays: RobotArrays, load: Vector) -> RobotArrays:
     """
     if not any(load):
         raise InputError(NO_LOAD)
-    unit, force_unit = float(arrays.frame[0, 0]), _force_unit(load)
-    bounds = _load_bounds(load, force_unit)
+    unit, force_unit = float(arrays.frame[0, 0]), force_unit_of(load)
+    bounds = load_bounds(load, force_unit)
     if force_unit == arrays.frame[1, 0]:
         return replace(arrays, load_exact=load, load=bounds)
     frame = arrays.frame.copy()

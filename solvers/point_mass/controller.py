@@ -7,6 +7,7 @@ object. The kernels and the fallbacks are those of `forward_kinematics`, so the 
 
 from __future__ import annotations
 
+import math
 import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -18,11 +19,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cdpr_interval.errors import InputError
-from cdpr_interval.exact.enclosure import Bounds
-from cdpr_interval.mechanics.loaded import loaded
+from cdpr_interval.exact.enclosure import Bounds, length_bounds
+from cdpr_interval.mechanics.loaded import NO_FORCE, loaded
 from cdpr_interval.robots.cable_robot import Robot
 from cdpr_interval.robots.formats.given import require_robot
-from cdpr_interval.robots.numbers import is_exact_point
+from cdpr_interval.robots.numbers import Point, is_exact_point
 from solvers.answers.data import CableState
 from solvers.point_mass import scope
 from solvers.point_mass.arrays import RobotArrays, build_arrays, exact_ends, with_load
@@ -31,6 +32,11 @@ from solvers.point_mass.entry import STATES, Fields
 from solvers.point_mass.fields import OPEN, SLACK, TAUT
 from solvers.point_mass.one_call import DECIDED
 from solvers.point_mass.over_choices import find_over_choices
+from solvers.point_mass.routed.data import RoutedMass, routed_mass
+from solvers.point_mass.routed.forward import NO_POSE
+from solvers.point_mass.routed.over_ranges import find_all
+from solvers.point_mass.routed.pose import Effort
+from solvers.point_mass.routed.pose import quick_pose as routed_pose
 from solvers.point_mass.trap import trap
 from solvers.questions.checked import require_treated
 from solvers.questions.errors import InputErrors
@@ -38,6 +44,9 @@ from solvers.questions.force import NO_LOAD, ZERO, no_load, read_force, read_for
 from solvers.questions.lengths import read_lengths
 from solvers.questions.problem import Problem
 from solvers.questions.quick import checked, force_key, quick_bounds
+
+ON_CIRCLE = "the mass hangs on one pulley's cable alone, anywhere on a circle"
+UNFINISHED = "the search for further poses took more cells than a call may"
 
 
 class PoseStatus(StrEnum):
@@ -142,15 +151,14 @@ class PointMass:
     Parameters
     ----------
     robot : Robot
-        All platform anchors at the centre of mass; all cables elastic or none. Its numbers are enclosed
-        here, once.
+        All platform anchors at the centre of mass. Its numbers are enclosed here, once.
 
     Raises
     ------
     InputError
         The robot is no point mass.
     NotSupportedError
-        Elastic and inextensible cables in one robot.
+        No solver of this version can treat it.
 
     Notes
     -----
@@ -166,7 +174,7 @@ class PointMass:
     (True, (0, 1, 2))
     """
 
-    __slots__ = ("_arrays", "_forced", "_robot")
+    __slots__ = ("_arrays", "_forced", "_robot", "_weightless")
 
     def __init__(self, robot: Robot | str | os.PathLike[str]) -> None:
         robot = require_robot(robot)
@@ -176,7 +184,9 @@ class PointMass:
         self._robot = robot
         middle = robot.middle()
         weight = loaded(middle).load
-        self._arrays = build_arrays(middle, weight) if any(weight) else None
+        straight = not scope.is_routed(robot)
+        self._arrays = build_arrays(middle, weight) if straight and any(weight) else None
+        self._weightless = not any(weight)
         self._forced: tuple[tuple[float, ...], RobotArrays] | None = None
 
     @property
@@ -191,6 +201,9 @@ class PointMass:
         each to load kernels, and many seconds where they were never compiled on this machine. The
         constructor compiles nothing.
         """
+        if scope.is_routed(self._robot):
+            self._warm_up_routed()
+            return
         arrays = self._arrays
         if arrays is None:
             arrays = build_arrays(self._robot.middle(), (Fraction(0), Fraction(0), Fraction(-1)))
@@ -242,6 +255,8 @@ class PointMass:
         milliseconds, for wide ranges of elastic cables tenths of a second. Of a robot or force with ranges
         every answer is that of `forward_kinematics`, in its time.
         """
+        if scope.is_routed(self._robot):
+            return self._on_routes(lengths, external_force)
         if not self._robot.is_exact or is_ranged(external_force):
             return self._over_choices(lengths, external_force)
         bounds = quick_bounds(lengths, len(self._robot.cables))
@@ -256,6 +271,32 @@ class PointMass:
             return PointMassPose(PoseStatus.PROVED, found, states)
         given = None if quick else exact_ends(read_lengths(lengths, self._robot.cable_names))
         return _settled(arrays, bounds, given)
+
+    def _on_routes(self, lengths: Any, external_force: Any) -> PointMassPose:
+        """Return the pose of a robot with pulleys, or with cables of two kinds."""
+        force: Point = NO_FORCE
+        bounds = quick_bounds(lengths, len(self._robot.cables))
+        if bounds is None or external_force is not None:
+            errors = InputErrors()
+            ranges = errors.read(read_lengths, lengths, self._robot.cable_names)
+            if external_force is not None:
+                force = errors.read(read_force_ranges, external_force) or force
+            if (complaint := no_load(loaded(self._robot, force))) is not None:
+                errors.add(complaint)
+            errors.require_none()
+            assert ranges is not None
+            bounds = length_bounds(ranges)
+        elif self._weightless:
+            raise InputError(NO_LOAD)
+        return routed_answer(routed_mass(loaded(self._robot, force)), bounds)
+
+    def _warm_up_routed(self) -> None:
+        """Compile what `solve` may call for a robot with pulleys."""
+        force = (Fraction(0), Fraction(0), Fraction(-1)) if self._weightless else NO_FORCE
+        mass = routed_mass(loaded(self._robot, force))
+        for reach in (16.0, 1e-3):
+            # Hanging far below, and too short to hang at all.
+            routed_answer(mass, np.full((len(self._robot.cables), 2), reach * mass.unit))
 
     def _over_choices(self, lengths: Any, external_force: Any) -> PointMassPose:
         """Return the pose for every choice of data with ranges."""
@@ -292,6 +333,30 @@ def is_ranged(force: Any) -> bool:
         return not is_exact_point(read_force_ranges(force))
     except InputError:
         return False
+
+
+def routed_answer(mass: RoutedMass, lengths: Bounds) -> PointMassPose:
+    """Return the pose of a point mass on routed cables for lengths (N, 2) in m."""
+    status, bounds, states = routed_pose(mass, lengths)
+    if status == DECIDED and not (states == OPEN).any():
+        return PointMassPose(PoseStatus.PROVED, bounds, states)
+    found = find_all(mass, lengths, Effort.of(None, None))
+    names = mass.robot.cable_names
+    if found.complete and len(found.poses) == 1 and not found.families:
+        return _pose(found.poses[0], names)
+    if found.complete and not found.poses:
+        return PointMassPose(PoseStatus.NO_POSE, *_nothing(len(names), np.nan), NO_POSE)
+    several = ON_CIRCLE if found.families else f"{len(found.poses)} static poses are proved"
+    reason = several if found.complete else found.regions[0].reason if found.regions else UNFINISHED
+    return PointMassPose(PoseStatus.UNPROVED, *_nothing(len(names), np.inf), reason)
+
+
+def _nothing(count: int, far: float) -> tuple[Bounds, NDArray[np.int64]]:
+    """Return bounds (4 + 2 N, 2) that say nothing, and undecided states."""
+    bounds = np.empty((4 + 2 * count, 2))
+    bounds[:4] = -far, far
+    bounds[4:] = far * 0.0 if math.isnan(far) else 0.0, far
+    return bounds, np.full(count, OPEN, dtype=np.int64)
 
 
 def _settled(arrays: RobotArrays, lengths: Bounds, exact: list[Fraction] | None) -> PointMassPose:

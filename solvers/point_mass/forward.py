@@ -12,6 +12,7 @@ from solvers.point_mass.arrays import RobotArrays, exact_lengths, is_range, robo
 from solvers.point_mass.convex import Finding, after_quick, quick_pose
 from solvers.point_mass.entry import Fields, unpacked
 from solvers.point_mass.one_call import DECIDED
+from solvers.point_mass.scope import is_routed
 from solvers.questions.checked import require_treated, uncertain_data
 from solvers.questions.problem import Method, Options, Problem
 
@@ -22,7 +23,7 @@ def solve(problem: Problem, options: Options) -> Answer:
     Parameters
     ----------
     problem : Problem
-        A robot all of whose platform anchors are the centre of mass; all cables elastic or none.
+        A robot all of whose platform anchors are the centre of mass.
     options : Options
         ``method`` CONVEX (the same as AUTO) or SEARCH.
 
@@ -31,13 +32,17 @@ def solve(problem: Problem, options: Options) -> Answer:
     InputError
         The load is zero.
     NotSupportedError
-        Some cables stretch and others do not.
+        The method is not for such a robot.
 
     Guarantee
     ---------
     With outcome COMPLETE the solutions are all static poses of what was asked, each box holds exactly one,
     for every choice of lengths in their ranges.
     """
+    if is_routed(problem.robot):
+        from solvers.point_mass.routed.forward import solve_routed
+
+        return solve_routed(problem, options)
     if not problem.is_exact:
         if options.ignore_slack or options.method is Method.SEARCH:
             asker = "--ignore-slack" if options.ignore_slack else "--method search"

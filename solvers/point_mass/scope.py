@@ -6,9 +6,8 @@ from collections.abc import Iterator
 
 from cdpr_interval.mechanics.loaded import NO_FORCE
 from cdpr_interval.robots.cable_robot import POINT_MASS, Robot
-from cdpr_interval.robots.numbers import Point
+from cdpr_interval.robots.numbers import Point, is_exact_point
 from solvers.questions.arguments import Label
-from solvers.questions.checked import mixed_cables, over_pulleys
 from solvers.questions.problem import Options
 
 
@@ -17,9 +16,16 @@ def accepts(robot: Robot) -> bool:
     return robot.model == POINT_MASS
 
 
+def is_routed(robot: Robot) -> bool:
+    """Return True where a cable runs over a pulley, or some cables stretch and others do not."""
+    return robot.has_pulleys or robot.is_mixed
+
+
 def refuses(robot: Robot, force: Point = NO_FORCE) -> str | None:
     """Return why this version cannot treat a point mass under a force (N); None where it can."""
-    return over_pulleys(robot) or mixed_cables(robot)
+    if is_routed(robot) and not is_exact_point(robot.gravity):
+        return "ranges of gravity are not supported with pulleys or with cables of two kinds yet"
+    return None
 
 
 def most_taut(robot: Robot) -> int:

@@ -43,7 +43,10 @@ class Path(NamedTuple):
 
 
 class OffTheCable(ValueError):
-    """There is no path to a point: it lies inside the pulley, on the swivel axis, or in the exit point."""
+    """There is no path to a point: it lies inside the pulley, on the swivel axis, or in the exit point.
+
+    Also where none is known: the arm finds no balance, or balls do not tell if the rope touches the pulley.
+    """
 
 
 class Numbers(Protocol):

@@ -94,7 +94,7 @@ def _arrival(radius: arb, arm: arb, lead_in: arb) -> tuple[arb, arb]:
     """Enclose |CK| and the angle of K for one joint."""
     square = arm * arm + lead_in * lead_in
     before = (square - radius * radius).nonnegative_part().sqrt()
-    theta = arb.pi() + (lead_in / arm).atan() - (radius / square.sqrt()).acos()
+    theta = arb.pi() + (lead_in / arm).atan() - (before / radius).atan()
     return before, theta
 
 

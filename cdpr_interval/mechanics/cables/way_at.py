@@ -1,8 +1,9 @@
 """The way of a cable to a point in plain floats, compiled: for guesses that are proved elsewhere.
 
 Arrays: ``route`` (ROUTE, 2) as `cdpr_interval.mechanics.cables.ways` has it, of which the middles count;
-``x`` (3,) the anchor; ``a`` (3,) its direction, written; ``turning`` (3, 3) da/dX, written; ``n`` (2,) the
-normal where a leg touches the pulley.
+``x`` (3,) the anchor; ``a`` (3,) its direction, written; ``turning`` (3, 3) da/dX, written; ``n`` (2,) and
+``m`` (2,) the normals where the legs that leave and arrive touch the pulley; ``u`` (3,) and ``k`` (3,) the
+axes of the plane.
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ from cdpr_interval.kernels.kernel import entry, kernel
 from cdpr_interval.mechanics.cables.ways import (
     ARM,
     AXIS,
+    BALANCED,
     BEFORE,
     BISECTED,
     EXIT,
@@ -24,6 +26,7 @@ from cdpr_interval.mechanics.cables.ways import (
     LEAD_IN,
     ONE_JOINT,
     RADIUS,
+    SNUG,
     STEPS,
     THETA,
 )
@@ -49,8 +52,10 @@ def touch(qx: float, qy: float, r: float, side: float, n: Any) -> float:
 
 
 @kernel()
-def angle_at(n: Any) -> float:
-    """Return the angle of n (2,), with the cut at -3/4 pi."""
+def angle_at(n: Any, hangs: bool) -> float:
+    """Return the angle of n (2,), with the cut at -3/4 pi, or at -pi / 2 for a pulley that ``hangs``."""
+    if hangs:
+        return math.atan2(-n[0], n[1]) + 0.5 * math.pi
     return math.atan2(n[1] - n[0], n[1] + n[0]) + 0.25 * math.pi
 
 
@@ -63,6 +68,37 @@ def arm_stiffness(h: float, s: float, c: float, n: Any, free: float, m: Any, bef
     arriving = h * (c * m[0] + s * m[1])
     stiffness = h * (s * px - c * py) + across * across / max(free, 1e-300)
     return slope, stiffness + arriving * arriving / max(before, 1e-300), across
+
+
+@kernel()
+def hung_arm(route: Any, across: float, y: float, n: Any, m: Any) -> float:
+    """Return the angle of an arm on two joints for an anchor at (across, y); ``n`` and ``m`` are scratch."""
+    r, h, lead = middle(route, RADIUS), middle(route, ARM), middle(route, LEAD_IN)
+    delta = 0.5 * math.atan2(across, -y)
+    if int(route[KIND, 0]) == BISECTED:
+        return delta
+    for _ in range(STEPS):
+        s, c = math.sin(delta), math.cos(delta)
+        free = touch(across - h * s, y + h * c, r, 1.0, n)
+        before = touch(-h * s, h * c - lead, r, -1.0, m)
+        slope, stiffness, _ = arm_stiffness(h, s, c, n, free, m, before)
+        step = slope / stiffness
+        delta -= step
+        if abs(step) < 1e-16 * (1.0 + abs(delta)):
+            break
+    return delta
+
+
+@kernel()
+def turn_with(u: Any, k: Any, n: Any, g: Any, across: float, turning: Any) -> None:
+    """Write da/dX of a direction with the normal n (2,) that turns by the gradient g (2,) in its plane."""
+    for i in range(3):
+        p, q = (i + 1) % 3, (i + 2) % 3
+        for j in range(3):
+            v, w = (j + 1) % 3, (j + 2) % 3
+            sideways = (k[p] * u[q] - k[q] * u[p]) * (k[v] * u[w] - k[w] * u[v])
+            turning[i, j] = (n[0] * u[i] + n[1] * k[i]) * (g[0] * u[j] + g[1] * k[j])
+            turning[i, j] += n[1] / across * sideways
 
 
 @entry()
@@ -96,44 +132,43 @@ def way_at(route: Any, x: Any, a: Any, turning: Any) -> float:
     for j in range(3):
         u[j] /= across
     r, h, lead = middle(route, RADIUS), middle(route, ARM), middle(route, LEAD_IN)
-    n, m = np.empty(2), np.empty(2)
+    n, m, g = np.empty(2), np.empty(2), np.empty(2)
     s, c = 1.0, 0.0
+    rise = y + lead
+    straight = max(math.hypot(across, rise), 1e-300)
+    past = False
     if kind != ONE_JOINT:
-        delta = 0.5 * math.atan2(across, -y)
-        for _ in range(STEPS):
-            s, c = math.sin(delta), math.cos(delta)
-            if kind == BISECTED:
-                break
-            free = touch(across - h * s, y + h * c, r, 1.0, n)
-            before = touch(-h * s, h * c - lead, r, -1.0, m)
-            slope, stiffness, _ = arm_stiffness(h, s, c, n, free, m, before)
-            step = slope / stiffness
-            delta -= step
-            if abs(step) < 1e-16 * (1.0 + abs(delta)):
-                break
+        delta = hung_arm(route, across, y, n, m)
         s, c = math.sin(delta), math.cos(delta)
     free = touch(across - h * s, y + h * c, r, 1.0, n)
-    shift, theta, swing = 0.0, middle(route, THETA), 1.0 / max(free, 1e-300)
-    gx, gy = n[0] * swing, n[1] * swing
+    theta = middle(route, THETA)
     if kind != ONE_JOINT:
         before = touch(-h * s, h * c - lead, r, -1.0, m)
-        theta = angle_at(m)
-        slope, stiffness, shift = arm_stiffness(h, s, c, n, free, m, before)
-        shift *= swing
+        theta = angle_at(m, True)
+        if kind == BALANCED and (h - r) * straight >= lead * across:
+            # The arm can hang beside the rope; it does where the rope does not pull along it.
+            past = not s * (n[1] - m[1]) - c * (m[0] - n[0]) > 1e-6
+    wrap = theta - angle_at(n, kind != ONE_JOINT)
+    if kind == ONE_JOINT and route[SNUG, 0] == 1.0:
+        wrap = max(wrap, 0.0)
+    if past or wrap < 0.0:
+        # The rope runs past the pulley, straight from C.
+        n[0], n[1] = -rise / straight, across / straight
+        free, before, wrap = straight, 0.0, 0.0
+        past = True
+    free = max(free, 1e-300)
+    g[0], g[1] = n[0] / free, n[1] / free
+    if kind != ONE_JOINT and not past:
+        _, stiffness, shift = arm_stiffness(h, s, c, n, free, m, before)
+        shift /= free
         if kind == BISECTED:
             square = 2.0 * (across * across + y * y)
-            gx += shift * y / square
-            gy -= shift * across / square
+            g[0] += shift * y / square
+            g[1] -= shift * across / square
         else:
-            gx -= shift * shift / stiffness * n[0]
-            gy -= shift * shift / stiffness * n[1]
+            g[0] -= shift * shift / stiffness * n[0]
+            g[1] -= shift * shift / stiffness * n[1]
     for i in range(3):
         a[i] = n[1] * u[i] - n[0] * k[i]
-    for i in range(3):
-        p, q = (i + 1) % 3, (i + 2) % 3
-        for j in range(3):
-            v, w = (j + 1) % 3, (j + 2) % 3
-            sideways = (k[p] * u[q] - k[q] * u[p]) * (k[v] * u[w] - k[w] * u[v])
-            turning[i, j] = (n[0] * u[i] + n[1] * k[i]) * (gx * u[j] + gy * k[j])
-            turning[i, j] += n[1] / across * sideways
-    return before + r * (theta - angle_at(n)) + free
+    turn_with(u, k, n, g, across, turning)
+    return before + r * wrap + free

@@ -5,8 +5,9 @@ kind.
 
 Arrays: ``route`` (ROUTE, 2) is a row of ``routes`` (N, ROUTE, 2), see ``EXIT`` and below, as
 `cdpr_interval.mechanics.cables.route_rows` makes it; ``box`` (3, 2) bounds the anchor X; ``way`` (WAY, 2) is
-written, see ``LENGTH`` and below; ``turning`` (3, 3, 2) is da/dX; ``q`` (2, 2) and all flat vectors (2, 2)
-lie in the plane of the cable: along u, along k. The last axis is (lo, hi).
+written, see ``LENGTH`` and below; ``turning`` (3, 3, 2) is da/dX; ``parts`` (8, 2) are the pieces of a way,
+see `held_way`; ``u`` (3, 2); ``q`` (2, 2), ``flat`` (2, 2), ``arm`` (2, 2) and ``n`` (2, 2) lie in the plane
+of the cable: along u, along k. The last axis is (lo, hi).
 """
 
 from __future__ import annotations
@@ -74,11 +75,18 @@ def leg(q: Any, r: Any, side: int, normal: Any) -> tuple[float, float]:
 
 
 @kernel()
-def angle_of(n: Any) -> tuple[float, float]:
-    """Enclose the angle of n (2, 2), rad, with the cut at -3/4 pi; all angles where n may lie on the cut."""
-    # The angle of n turned by -pi / 4, whose cut is at pi, plus pi / 4.
-    slo, shi = sub(n[1, 0], n[1, 1], n[0, 0], n[0, 1])
-    clo, chi = add(n[1, 0], n[1, 1], n[0, 0], n[0, 1])
+def angle_of(n: Any, hangs: bool) -> tuple[float, float]:
+    """Enclose the angle of n (2, 2), rad, with the cut at -3/4 pi, or at -pi / 2 for a pulley that ``hangs``.
+
+    All angles where n may lie on the cut.
+    """
+    # The angle of n turned by -pi / 4 or -pi / 2, whose cut is at pi, plus that.
+    if hangs:
+        slo, shi = -n[0, 1], -n[0, 0]
+        clo, chi = n[1, 0], n[1, 1]
+    else:
+        slo, shi = sub(n[1, 0], n[1, 1], n[0, 0], n[0, 1])
+        clo, chi = add(n[1, 0], n[1, 1], n[0, 0], n[0, 1])
     if clo > 0.0:
         lo, hi = div(slo, shi, clo, chi)
         lo, hi = atan(lo, hi)
@@ -92,7 +100,8 @@ def angle_of(n: Any) -> tuple[float, float]:
         lo, hi = sub(-HALF_PI_HI, -HALF_PI_LO, lo, hi)
     else:
         lo, hi = -2.0 * HALF_PI_HI, 2.0 * HALF_PI_HI
-    return add(lo, hi, 0.5 * HALF_PI_LO, 0.5 * HALF_PI_HI)
+    part = 1.0 if hangs else 0.5
+    return add(lo, hi, part * HALF_PI_LO, part * HALF_PI_HI)
 
 
 @kernel()
@@ -194,11 +203,12 @@ def held_way(route: Any, flat: Any, arm: Any, parts: Any) -> bool:
         parts[7, 0], parts[7, 1] = leg(q, r, -1, parts[5:7])
         if not parts[7, 0] <= parts[7, 1]:
             return False
-        tlo, thi = angle_of(parts[5:7])
-    plo, phi = angle_of(parts[3:5])
+        tlo, thi = angle_of(parts[5:7], True)
+    plo, phi = angle_of(parts[3:5], route[KIND, 0] != ONE_JOINT)
     lo, hi = sub(tlo, thi, plo, phi)
-    if route[SNUG, 0] == 1.0 and route[KIND, 0] == ONE_JOINT:
-        # The rope arrives along the axis and the anchor is on the pulley's side of it.
+    if route[KIND, 0] == BALANCED or (route[SNUG, 0] == 1.0 and route[KIND, 0] == ONE_JOINT):
+        # `balanced_arm` knows that the rope presses on the pulley; or the rope arrives along the axis, and
+        # the anchor is on the pulley's side of it.
         lo, hi = max(lo, 0.0), max(hi, 0.0)
     parts[2, 0], parts[2, 1] = lo, hi
     lo, hi = mul(r[0], r[1], lo, hi)
@@ -208,8 +218,11 @@ def held_way(route: Any, flat: Any, arm: Any, parts: Any) -> bool:
 
 
 @kernel()
-def arm_forces(route: Any, arm: Any, parts: Any) -> tuple[float, float, float, float]:
-    """Enclose dl/ddelta and d2l/ddelta2 of an arm held at a unit vector (2, 2); ``parts`` as `held_way`."""
+def arm_forces(route: Any, arm: Any, parts: Any) -> tuple[float, float, float, float, float]:
+    """Enclose dl/ddelta and d2l/ddelta2 of an arm held at a unit vector (2, 2); ``parts`` as `held_way`.
+
+    The last number is a lower bound of the rope's pull along the arm, times its length.
+    """
     # a = (n_k, -n_u), c = (-n'_k, n'_u): the sum of both pulls.
     pulls = np.empty((2, 2))
     pulls[0, 0], pulls[0, 1] = sub(parts[4, 0], parts[4, 1], parts[6, 0], parts[6, 1])
@@ -223,13 +236,14 @@ def arm_forces(route: Any, arm: Any, parts: Any) -> tuple[float, float, float, f
     blo, bhi = mul(arm[1, 0], arm[1, 1], pulls[1, 0], pulls[1, 1])
     lo, hi = add(alo, ahi, blo, bhi)
     klo, khi = mul(route[ARM, 0], route[ARM, 1], lo, hi)
+    pull = klo
     for i in range(2):
         clo, chi = across_arm(route, arm, parts[3 + 2 * i : 5 + 2 * i])
         clo, chi = sqr(clo, chi)
         free = parts[1] if i == 0 else parts[7]
         clo, chi = div(clo, chi, free[0], free[1])
         klo, khi = add(klo, khi, max(clo, 0.0), chi)
-    return slo, shi, klo, khi
+    return slo, shi, klo, khi, pull
 
 
 @kernel()
@@ -254,6 +268,8 @@ def arm_at(w_lo: float, w_hi: float, arm: Any) -> None:
     arm[1, 0], arm[1, 1] = max(-chi, -1.0), min(-clo, 1.0)
 
 
+CUT = 1.5
+"""Rad: a wrap that is known better than this comes from angles away from their cut."""
 WIDENINGS = 3
 """Times that the range of an arm is widened before it counts as unknown: the box is too wide."""
 STEPS = 12
@@ -261,11 +277,30 @@ STEPS = 12
 
 
 @kernel()
+def must_touch(route: Any, flat: Any) -> bool:
+    """Return True where no arm lets the rope pass: (h - r) |X - C| < lead_in x for all points."""
+    lo, hi = add(flat[1, 0], flat[1, 1], route[LEAD_IN, 0], route[LEAD_IN, 1])
+    lo, hi = sqr(lo, hi)
+    alo, ahi = sqr(flat[0, 0], flat[0, 1])
+    lo, hi = add(lo, hi, alo, ahi)
+    lo, hi = sqrt(lo, hi)
+    alo, ahi = sub(route[ARM, 0], route[ARM, 1], route[RADIUS, 0], route[RADIUS, 1])
+    alo, ahi = max(alo, 0.0), max(ahi, 0.0)
+    if route[SNUG, 0] == 1.0:
+        alo, ahi = 0.0, 0.0
+    lo, hi = mul(alo, ahi, lo, hi)
+    alo, ahi = mul(route[LEAD_IN, 0], route[LEAD_IN, 1], flat[0, 0], flat[0, 1])
+    return hi < alo
+
+
+@kernel()
 def balanced_arm(route: Any, flat: Any, arm: Any, parts: Any) -> bool:
     """Write the arm (2, 2) in exact balance for all points ``flat`` (2, 2); False where none is proved.
 
-    Interval Newton in w = tan(delta / 2). ``parts`` (8, 2) is scratch.
+    Interval Newton in w = tan(delta / 2), with legs that touch the pulley for every arm in the range. Only
+    one balance has the rope on the pulley and a pull along the arm. ``parts`` (8, 2) is scratch.
     """
+    touches = must_touch(route, flat)
     here = np.empty((2, 2))
     for j in range(2):
         here[j, 0] = mid(flat[j, 0], flat[j, 1])
@@ -278,7 +313,7 @@ def balanced_arm(route: Any, flat: Any, arm: Any, parts: Any) -> bool:
         arm_at(w, w, arm)
         if not held_way(route, here, arm, parts):
             return False
-        slo, shi, klo, khi = arm_forces(route, arm, parts)
+        slo, shi, klo, khi, _ = arm_forces(route, arm, parts)
         step = mid(slo, shi) / (mid(klo, khi) * 2.0 / (1.0 + w * w))
         if not abs(step) < math.inf:
             return False
@@ -286,21 +321,21 @@ def balanced_arm(route: Any, flat: Any, arm: Any, parts: Any) -> bool:
         if abs(step) < 1e-16 * (1.0 + w):
             break
     arm_at(w, w, arm)
-    if not held_way(route, flat, arm, parts):
+    if not held_way(route, flat, arm, parts) or not (parts[1, 0] > 0.0 and parts[7, 0] > 0.0):
         return False
-    slo, shi, klo, khi = arm_forces(route, arm, parts)
+    slo, shi, klo, khi, _ = arm_forces(route, arm, parts)
     reach = 1.5 * mag(slo, shi) / max(mid(klo, khi) * 2.0 / (1.0 + w * w), 1e-300) + 1e-15
     for _ in range(WIDENINGS):
         wlo, whi = max(w - reach, 0.0), w + reach
         arm_at(wlo, whi, arm)
-        if not held_way(route, flat, arm, parts):
+        if not held_way(route, flat, arm, parts) or not (parts[1, 0] > 0.0 and parts[7, 0] > 0.0):
             return False
-        _, _, klo, khi = arm_forces(route, arm, parts)
+        _, _, klo, khi, pull = arm_forces(route, arm, parts)
         dlo, dhi = sqr(wlo, whi)
         dlo, dhi = add(1.0, 1.0, dlo, dhi)
         dlo, dhi = div(2.0, 2.0, dlo, dhi)
         klo, khi = mul(klo, khi, dlo, dhi)
-        if not klo > 0.0:
+        if not (klo > 0.0 and pull > 0.0 and (touches or parts[2, 0] > 0.0)):
             return False
         lo, hi = div(slo, shi, klo, khi)
         lo, hi = sub(w, w, lo, hi)
@@ -376,7 +411,7 @@ def swing(route: Any, flat: Any, arm: Any, parts: Any, out: Any) -> None:
             out[j, 0], out[j, 1] = sub(out[j, 0], out[j, 1], lo, hi)
         return
     # n times 1 / sigma - (h f . n / sigma)^2 / l'', which is not negative.
-    _, _, klo, khi = arm_forces(route, arm, parts)
+    _, _, klo, khi, _ = arm_forces(route, arm, parts)
     alo, ahi = sqr(alo, ahi)
     alo, ahi = div(alo, ahi, klo, khi)
     lo, hi = div(1.0, 1.0, free[0], free[1])
@@ -406,11 +441,22 @@ def way_over(route: Any, box: Any, way: Any) -> bool:
     u = way[PLANE : PLANE + 3]
     plane_of(route, box, flat, u)
     way[ACROSS, 0], way[ACROSS, 1] = flat[0, 0], flat[0, 1]
+    way[TILT : TILT + 2] = 0.0
     if not arm_of(route, flat, arm, parts):
         unknown_way(route, box, way)
         return True
     if not held_way(route, flat, arm, parts):
         return False
+    swing(route, flat, arm, parts, way[SWING : SWING + 2])
+    if route[KIND, 0] == BISECTED:
+        # The slope by the arm's angle, times how the bisector turns.
+        slo, shi, _, _, _ = arm_forces(route, arm, parts)
+        turn = np.empty((2, 2))
+        half_turn(flat, turn)
+        for j in range(2):
+            way[TILT + j, 0], way[TILT + j, 1] = mul(slo, shi, turn[j, 0], turn[j, 1])
+    if not parts[2, 0] >= 0.0:
+        lift(route, flat, parts, way)
     way[LENGTH], way[FREE], way[WRAP] = parts[0], parts[1], parts[2]
     way[NORMAL], way[NORMAL + 1] = parts[3], parts[4]
     along = np.empty((2, 2))
@@ -418,16 +464,6 @@ def way_over(route: Any, box: Any, way: Any) -> bool:
     along[1, 0], along[1, 1] = -parts[3, 1], -parts[3, 0]
     way[OUTWARD] = along[0]
     from_flat(route, along, u, way[ALONG : ALONG + 3])
-    swing(route, flat, arm, parts, way[SWING : SWING + 2])
-    way[TILT : TILT + 2] = 0.0
-    if route[KIND, 0] == BISECTED:
-        # The slope by the arm's angle, times how the bisector turns.
-        slo, shi, _, _ = arm_forces(route, arm, parts)
-        half_turn(flat, along)
-        for j in range(2):
-            way[TILT + j, 0], way[TILT + j, 1] = mul(slo, shi, along[j, 0], along[j, 1])
-    if not parts[2, 0] >= 0.0:
-        lifted_way(route, box, way)
     return True
 
 
@@ -451,25 +487,49 @@ def unknown_way(route: Any, box: Any, way: Any) -> None:
 
 
 @kernel()
-def lifted_way(route: Any, box: Any, way: Any) -> None:
-    """Widen a way to one that may run past the pulley, straight from C: its wrap may be below zero."""
-    straight = np.empty((WAY, 2))
-    start = np.empty((ROUTE, 2))
-    start[:] = route
-    for j in range(3):
-        lo, hi = mul(route[LEAD_IN, 0], route[LEAD_IN, 1], route[AXIS + j, 0], route[AXIS + j, 1])
-        start[EXIT + j, 0], start[EXIT + j, 1] = sub(route[EXIT + j, 0], route[EXIT + j, 1], lo, hi)
-    start[BEFORE, 0], start[BEFORE, 1] = 0.0, 0.0
-    straight_way(start, box, straight)
-    for j in range(ALONG + 3):
-        way[j, 0], way[j, 1] = min(way[j, 0], straight[j, 0]), max(way[j, 1], straight[j, 1])
-    way[FREE, 0] = min(way[FREE, 0], straight[FREE, 0])
-    way[FREE, 1] = max(way[FREE, 1], straight[FREE, 1])
-    # Neither the derivative nor convexity of the two together is claimed.
-    way[OUTWARD, 0] = -1.0
+def past_way(route: Any, flat: Any, parts: Any, out: Any) -> None:
+    """Write the pieces of a way that runs past the pulley, straight from C: ``parts`` as `held_way` does.
+
+    ``out`` (2, 2) is written as by `swing`.
+    """
+    lo, hi = add(flat[1, 0], flat[1, 1], route[LEAD_IN, 0], route[LEAD_IN, 1])
+    alo, ahi = sqr(lo, hi)
+    blo, bhi = sqr(flat[0, 0], flat[0, 1])
+    alo, ahi = add(alo, ahi, blo, bhi)
+    alo, ahi = sqrt(alo, ahi)
+    parts[:] = 0.0
+    parts[0, 0], parts[0, 1] = alo, ahi
+    parts[1, 0], parts[1, 1] = alo, ahi
+    # a = (n_k, -n_u) is the direction from C.
+    lo, hi = div(-hi, -lo, alo, ahi)
+    parts[3, 0], parts[3, 1] = max(lo, -1.0), min(hi, 1.0)
+    lo, hi = div(flat[0, 0], flat[0, 1], alo, ahi)
+    parts[4, 0], parts[4, 1] = max(lo, 0.0), min(hi, 1.0)
     for j in range(2):
-        way[SWING + j, 0], way[SWING + j, 1] = -math.inf, math.inf
-        way[TILT + j, 0], way[TILT + j, 1] = min(way[TILT + j, 0], 0.0), max(way[TILT + j, 1], 0.0)
+        out[j, 0], out[j, 1] = div(parts[3 + j, 0], parts[3 + j, 1], alo, ahi)
+
+
+@kernel()
+def lift(route: Any, flat: Any, parts: Any, way: Any) -> None:
+    """Widen the pieces ``parts`` (8, 2) of a way, its swing and tilt to a rope that may run past the pulley.
+
+    It does where the wrap would be negative. Length and direction go on there without a step.
+    """
+    past, out = np.empty((8, 2)), np.empty((2, 2))
+    past_way(route, flat, past, out)
+    if parts[2, 1] < 0.0:
+        parts[:] = past
+        way[SWING : SWING + 2] = out
+        way[TILT : TILT + 2] = 0.0
+        return
+    parts[2, 0] = 0.0
+    for j in range(8):
+        parts[j, 0], parts[j, 1] = min(parts[j, 0], past[j, 0]), max(parts[j, 1], past[j, 1])
+    for j in range(2):
+        k = SWING + j
+        way[k, 0], way[k, 1] = min(way[k, 0], out[j, 0]), max(way[k, 1], out[j, 1])
+        k = TILT + j
+        way[k, 0], way[k, 1] = min(way[k, 0], 0.0), max(way[k, 1], 0.0)
 
 
 @kernel()
@@ -528,8 +588,8 @@ def sharpened_length(route: Any, box: Any, way: Any, gradient: Any, at_middle: A
 
     ``gradient`` (3, 2) over the box; ``at_middle`` (WAY, 2) is scratch, then the way to the middle.
     """
-    if route[KIND, 0] != FIXED and not way[FREE, 0] > 0.0:
-        # The line from the middle to a point may cross the pulley.
+    if route[KIND, 0] != FIXED and not (way[FREE, 0] > 0.0 and way[WRAP, 1] - way[WRAP, 0] < CUT):
+        # The line from the middle to a point may cross the pulley, or where the angle of its rope is cut.
         return
     here = np.empty((3, 2))
     for j in range(3):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import random
 from fractions import Fraction
 
 import flint
@@ -161,6 +162,50 @@ def test_wider_arguments_give_wider_results(operation, a, y, other) -> None:
     lo, hi = operation(*x, *y)
     lower, upper = operation(*x, *wide)
     assert lower <= lo and hi <= upper
+
+
+def exact_atan(a: float) -> flint.arb:
+    """Return the arc tangent of a double that may be infinite."""
+    return flint.arb(a).atan() if math.isfinite(a) else math.copysign(1, a) * flint.arb.pi() / 2
+
+
+@given(
+    st.one_of(bound, st.floats(-math.pi / 2, math.pi / 2).map(math.tan)),
+    st.one_of(bound, st.integers(-1074, 1023).map(lambda e: 2.0**e)),
+    st.booleans(),
+)
+@example(0.0, -0.0, False)
+@example(1.0, 1.0, True)
+@example(math.nextafter(1.0, 2.0), math.nextafter(1.0, 0.0), False)
+@example(-INF, INF, False)
+@example(INF, INF, True)
+@example(ETA, -ETA, False)
+@example(LARGEST, -LARGEST, False)
+def test_atan_encloses(a: float, b: float, point: bool) -> None:
+    lo, hi = (a, a) if point else (min(a, b), max(a, b))
+    found = interval.atan(lo, hi)
+    with flint.ctx.workprec(300):
+        # 300 bits tell the arc tangent of a tiny number from the number, unless it is below 1e-40.
+        below, above = exact_atan(lo), exact_atan(hi)
+        if abs(lo) > 1e-40 or lo == 0.0:
+            assert flint.arb(found[0]) <= below
+        if abs(hi) > 1e-40 or hi == 0.0:
+            assert above <= flint.arb(found[1])
+        assert found[0] <= lo or lo > 0.0 or abs(lo) > 1e-40
+        assert found[1] >= hi or hi < 0.0 or abs(hi) > 1e-40
+        # And closely.
+        for bound, exact in zip(found, (below, above), strict=True):
+            assert abs(bound - exact) <= flint.arb(1e-14) * abs(exact) + flint.arb(1e-300)
+
+
+@pytest.mark.parametrize("seed", [0])
+def test_atan_encloses_many_random_points(seed: int) -> None:
+    rng = random.Random(seed)
+    with flint.ctx.workprec(300):
+        for _ in range(5000):
+            a = math.tan(rng.uniform(-1.5707963, 1.5707963)) * rng.choice([1.0, 1.0, 1e-8, 1e8])
+            lo, hi = interval.atan(a, a)
+            assert flint.arb(lo) <= flint.arb(a).atan() <= flint.arb(hi), a
 
 
 @given(

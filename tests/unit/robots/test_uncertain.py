@@ -195,7 +195,7 @@ VIEWS: dict[str, Callable[[Robot], object]] = {
     "centre": lambda robot: loaded(robot).centre,
     "anchors": lambda robot: loaded(robot).anchors,
     "arms": lambda robot: loaded(robot).arms,
-    "models": lambda robot: [model_of(cable) for cable in robot.cables],
+    "models": lambda robot: [model_of(cable, robot.gravity) for cable in robot.cables],
     "statics": lambda robot: static_model(robot, NO_FORCE),
     "arrays": lambda robot: build_arrays(robot, (F(0), F(0), F(-1))),
     "certificate": robot_document,

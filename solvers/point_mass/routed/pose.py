@@ -1,0 +1,358 @@
+"""All static poses of a point mass on routed cables: one compiled call, and what it leaves open."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cdpr_interval.engine.budget import Budget, Stop
+from cdpr_interval.engine.search import Report, Run, search
+from cdpr_interval.exact.enclosure import Bounds
+from cdpr_interval.mechanics.stability import Stability
+from solvers.answers.data import Family
+from solvers.point_mass.cell_rows import WIDTH
+from solvers.point_mass.convex import Unproved
+from solvers.point_mass.entry import Fields, unpacked
+from solvers.point_mass.fields import OPEN, SLACK, TAUT
+from solvers.point_mass.one_call import DECIDED, anywhere
+from solvers.point_mass.routed.balance import prove_balance
+from solvers.point_mass.routed.cells import first_cells, run_cells
+from solvers.point_mass.routed.circle import Circle, circle_of
+from solvers.point_mass.routed.data import Routed, RoutedMass
+from solvers.point_mass.routed.guess import guess
+from solvers.point_mass.routed.one_call import (
+    AMONG_OTHERS,
+    SMALLEST,
+    classify,
+    data_of,
+    fill,
+    is_outward,
+    routed_pose,
+    slack_around,
+    strength,
+    ways_at,
+)
+from solvers.point_mass.routed.tied import prove_tied, tied_tensions
+
+States = NDArray[np.int64]
+FINER = 0.125
+"""Widths of the smallest cells of a further search over those of the one before."""
+FINEST = 1e-7
+"""In the kernels' units: smaller cells are left undecided."""
+WIDTHS = tuple(0.25 * 0.5**i for i in range(20))
+"""In the kernels' units: radii of domains of uniqueness that are tried."""
+MOST_CELLS = 100_000
+"""Of the searches for one question, unless it sets a limit: ten seconds."""
+NEAR = "between cells that are not excluded a pose may lie: next to a pulley, or one too close to another"
+TIGHT = "cables {} tight up to rounding, tensions may not be unique"
+OPEN_STATE = "whether {} taut is not decided"
+
+
+Families = tuple[Family | None, ...]
+
+
+@dataclass(frozen=True)
+class Effort:
+    """What a search may spend, and whom it tells."""
+
+    budget: Budget
+    threads: int = 1
+    report: Report | None = None
+    own_limit: bool = False
+    """The budget's cells are no limit of the question's: what is left over is undecided."""
+
+    @staticmethod
+    def of(time_limit: float | None, cell_limit: int | None) -> Effort:
+        """Return the effort for a question with these limits, or without."""
+        return Effort(Budget(time_limit, cell_limit or MOST_CELLS), own_limit=cell_limit is None)
+
+
+@dataclass(frozen=True)
+class Found:
+    """What is known of the poses of a robot."""
+
+    poses: tuple[Fields, ...]
+    stability: tuple[Stability, ...]
+    regions: tuple[Unproved, ...] = ()
+    """Where further poses may lie."""
+    pending: int = 0
+    cells: int = 0
+    stop: Stop = Stop.EXHAUSTED
+    by_convexity: bool = True
+    """The only pose is one by convexity."""
+    families: Families = ()
+    """Of each pose; shorter than these where none has one."""
+
+    @property
+    def complete(self) -> bool:
+        """True when there is no pose but those listed."""
+        return not self.regions and not self.pending
+
+
+def quick_pose(mass: RoutedMass, lengths: Bounds) -> tuple[int, Bounds, States]:
+    """Run the compiled path once for lengths (N, 2) in m; returns status, fields and states."""
+    count = len(lengths)
+    bounds, states = np.empty((4 + 2 * count, 2)), np.empty(count, dtype=np.int64)
+    status = routed_pose(
+        mass.routes,
+        mass.elastic,
+        mass.constant,
+        mass.given,
+        mass.load,
+        mass.frame,
+        lengths,
+        bounds,
+        states,
+    )
+    return status, bounds, states
+
+
+@dataclass
+class _Hunt:
+    """The search for poses in what no proof covers."""
+
+    mass: RoutedMass
+    data: Routed
+    budget: Budget
+    threads: int
+    report: Report | None
+    own_limit: bool = False
+    """The limit of cells is this room's, not the question's."""
+    cells: int = 0
+    pending: int = 0
+    rest: NDArray[np.float64] = field(default_factory=lambda: np.empty((0, WIDTH)))
+    """The cells that are pending."""
+    stop: Stop = Stop.EXHAUSTED
+    poses: list[Fields] = field(default_factory=list)
+    stability: list[Stability] = field(default_factory=list)
+    regions: list[Bounds] = field(default_factory=list)
+
+    def run(self, first: tuple[Any, ...]) -> None:
+        """Look at everything that may hold a pose, finer and finer.
+
+        ``first`` are the context's entries after the data, see `solvers.point_mass.routed.cells`.
+        """
+        stack = np.empty((max(64, len(self.mass.routes)), WIDTH))
+        cells = stack[: first_cells(self.data, first[0], stack)]
+        smallest = SMALLEST
+        while len(cells):
+            leaves = self._search(cells, first, smallest)
+            if self.pending:
+                self._give_up()
+                return
+            smallest *= FINER
+            cells = np.empty((0, WIDTH))
+            for cluster in _clusters(leaves):
+                if self._proved(cluster):
+                    continue
+                if smallest < FINEST:
+                    self.regions.append(_hull(cluster))
+                else:
+                    cells = np.concatenate([cells, cluster])
+
+    def _give_up(self) -> None:
+        """Keep what is pending as regions, unless the question has set the limit."""
+        if self.own_limit and self.stop is Stop.CELL_LIMIT:
+            self.regions += [_hull(cluster) for cluster in _clusters(self.rest)]
+            self.pending, self.stop = 0, Stop.EXHAUSTED
+
+    def _search(self, cells: NDArray[np.float64], first: tuple[Any, ...], smallest: float) -> Bounds:
+        context = (self.data, *first, smallest)
+
+        def make_run() -> Run:
+            return lambda stack, count, leaves, kinds, children, limit: run_cells(
+                context, stack, count, leaves, kinds, children, limit
+            )
+
+        found = search(make_run, cells, self.budget, threads=self.threads, report=self.report)
+        self.cells += found.cells
+        self.rest = found.pending
+        self.pending, self.stop = len(found.pending), found.stop
+        return found.leaves
+
+    def _proved(self, cluster: NDArray[np.float64]) -> bool:
+        """Prove that all poses in a cluster of cells are one; only where every cable stretches."""
+        if not self.mass.elastic.all():
+            return False
+        cover = _hull(cluster)
+        x, box, domain = cover.mean(axis=1), np.empty((3, 2)), np.empty((3, 2))
+        taut = np.empty(1, dtype=np.int64)
+        if not prove_balance(self.data, taut, x, cover, box, domain):
+            return False
+        fields = fields_at(self.mass, self.data, taut[:0], box)
+        if fields is None:
+            return False
+        apart = [_apart(fields.position, other.position) for other in self.poses]
+        if all(apart):
+            self.poses.append(fields)
+            self.stability.append(Stability.STABLE if is_outward(self.data, box) else Stability.UNDECIDED)
+        return True
+
+
+def _apart(a: Bounds, b: Bounds) -> bool:
+    return bool((a[:, 0] > b[:, 1]).any() or (b[:, 0] > a[:, 1]).any())
+
+
+def _hull(cells: NDArray[np.float64]) -> Bounds:
+    lo, hi = cells[:, 0:6:2].min(axis=0), cells[:, 1:6:2].max(axis=0)
+    return np.ascontiguousarray(np.stack([lo, hi], axis=1))
+
+
+def _clusters(cells: NDArray[np.float64]) -> list[NDArray[np.float64]]:
+    """Return cells that touch each other together."""
+    low, high = cells[:, 0:6:2], cells[:, 1:6:2]
+    left, found = np.ones(len(cells), dtype=np.bool_), []
+    for start in range(len(cells)):
+        if not left[start]:
+            continue
+        group, front = [start], [start]
+        left[start] = False
+        while front:
+            here = front.pop()
+            near = np.flatnonzero(left & (low <= high[here]).all(axis=1) & (low[here] <= high).all(axis=1))
+            left[near] = False
+            group += near.tolist()
+            front += near.tolist()
+        found.append(cells[group])
+    return found
+
+
+def fields_at(mass: RoutedMass, data: Routed, taut: NDArray[np.int64], box: Bounds) -> Fields | None:
+    """Return the fields of a proved zero (3 + m, 2); None where cables may not do as they should."""
+    count = len(mass.elastic)
+    states = np.empty(count, dtype=np.int64)
+    tension, distance = np.empty((count, 2)), np.empty((count, 2))
+    if not classify(data, taut, len(taut), box, states, tension, distance):
+        return None
+    return _filled(mass, box, tension, distance, states)
+
+
+def _filled(mass: RoutedMass, box: Bounds, tension: Bounds, distance: Bounds, states: States) -> Fields:
+    bounds = np.empty((4 + 2 * len(states), 2))
+    fill(mass.frame, box, tension, distance, bounds)
+    return noted(unpacked(bounds, states), mass)
+
+
+def noted(fields: Fields, mass: RoutedMass) -> Fields:
+    """Return fields that say which cables are neither taut nor slack for sure."""
+    open_ones = np.flatnonzero(fields.states == OPEN).tolist()
+    if not open_ones:
+        return fields
+    names = mass.robot.cable_names
+    if mass.elastic[open_ones].all():
+        those = ", ".join(names[i] for i in open_ones) + (" is" if len(open_ones) == 1 else " are")
+        return replace(fields, note=OPEN_STATE.format(those))
+    tight = np.flatnonzero(fields.states != SLACK).tolist()
+    return replace(fields, note=TIGHT.format("{" + ", ".join(names[i] for i in tight) + "}"))
+
+
+def data_for(mass: RoutedMass, lengths: Bounds) -> Routed:
+    """Return what the kernels know for lengths (N, 2) in m."""
+    found: Routed = data_of(
+        mass.routes, mass.elastic, mass.constant, mass.given, mass.load, mass.unit, lengths
+    )
+    return found
+
+
+def find_poses(mass: RoutedMass, lengths: Bounds, effort: Effort) -> Found:
+    """Find every static pose of a robot for all lengths (N, 2) in m.
+
+    Guarantee
+    ---------
+    For every choice of data in their ranges there is exactly one static pose in each of ``poses`` (or one
+    family), their fields enclose it, and every further one lies in a region or in what is pending.
+    """
+    status, bounds, states = quick_pose(mass, lengths)
+    if status == DECIDED:
+        return Found((noted(unpacked(bounds, states), mass),), (Stability.STABLE,))
+    data = data_for(mass, lengths)
+    hunt = _Hunt(mass, data, effort.budget, effort.threads, effort.report, effort.own_limit)
+    circle = _circle(mass, data) if status != AMONG_OTHERS else None
+    if circle is not None:
+        return _on_circle(hunt, circle)
+    first, outward, taut, known = _first(mass, data, status == AMONG_OTHERS)
+    hunt.run((outward, taut, known, -1))
+    poses = ([first] if first is not None else []) + hunt.poses
+    stability = ([Stability.STABLE if outward else Stability.UNDECIDED] if first is not None else []) + (
+        hunt.stability
+    )
+    return _found(hunt, poses, stability)
+
+
+def _found(hunt: _Hunt, poses: list[Fields], stability: list[Stability], families: Families = ()) -> Found:
+    regions = tuple(Unproved(NEAR, _in_metres(hunt.mass, region)) for region in hunt.regions)
+    return Found(
+        tuple(poses), tuple(stability), regions, hunt.pending, hunt.cells, hunt.stop, False, families
+    )
+
+
+def _circle(mass: RoutedMass, data: Routed) -> Circle | None:
+    """Return the circle of poses on one cable where all others are slack."""
+    if not mass.exact:
+        return None
+    distance = np.empty((len(mass.elastic), 2))
+    for cable in range(len(mass.elastic)):
+        circle = circle_of(mass, data, cable, mass.load_exact)
+        if circle is not None and slack_around(data, circle.around, cable, distance):
+            return circle
+    return None
+
+
+def _on_circle(hunt: _Hunt, circle: Circle) -> Found:
+    """Return the family on a circle, and whatever else there is."""
+    mass, data = hunt.mass, hunt.data
+    count = len(mass.elastic)
+    states, tension, distance = np.zeros(count, dtype=np.int64), np.zeros((count, 2)), np.empty((count, 2))
+    nowhere, none = np.column_stack([np.full(3, np.inf), np.full(3, -np.inf)]), np.empty(0, dtype=np.int64)
+    hunt.run((True, none, nowhere, circle.cable))
+    ways_at(data, circle.listed, distance)
+    states[circle.cable] = TAUT
+    tension[circle.cable] = strength(data)
+    fields = _filled(mass, circle.listed, tension, distance, states)
+    return _found(hunt, [fields, *hunt.poses], [Stability.STABLE, *hunt.stability], (circle.family,))
+
+
+def _first(mass: RoutedMass, data: Routed, proved: bool) -> tuple[Fields | None, bool, States, Bounds]:
+    """Return the pose by guess and proof, whether it is outward, its taut cables and domain of uniqueness."""
+    count = len(mass.elastic)
+    none = np.empty(0, dtype=np.int64)
+    nowhere = np.column_stack([np.full(3, np.inf), np.full(3, -np.inf)])
+    taut, x = np.empty(count + 1, dtype=np.int64), np.empty(4 + count)
+    m = guess(data, taut, x)
+    if m < 0:
+        return None, False, none, nowhere
+    if proved:
+        box, domain = np.empty((3 + m, 2)), np.empty((3 + m, 2))
+        if prove_balance(data, taut, x[: 3 + m].copy(), anywhere(3 + m), box, domain):
+            fields = fields_at(mass, data, taut[:m], box)
+            widest = _widened(data, taut, x[: 3 + m], domain)
+            return fields, bool(is_outward(data, box)), taut[:m].copy(), widest
+    box, multiplier = np.empty((3, 2)), np.zeros(count)
+    multiplier[taut[:m]] = np.maximum(x[3 : 3 + m], 0.0)
+    if not prove_tied(data, x[:3].copy(), multiplier, box):
+        return None, False, none, nowhere
+    states, tension, distance = np.empty(count, dtype=np.int64), np.empty((count, 2)), np.empty((count, 2))
+    if not tied_tensions(data, box, states, tension, distance):
+        return None, False, none, nowhere
+    return _filled(mass, box, tension, distance, states), True, none, nowhere
+
+
+def _widened(data: Routed, taut: States, x: NDArray[np.float64], domain: Bounds) -> Bounds:
+    """Return the widest of a few domains around a zero in which it is proved to be the only one."""
+    box, wide = np.empty(domain.shape), np.empty(domain.shape)
+    for radius in WIDTHS:
+        cover = np.stack([x - radius, x + radius], axis=1)
+        if prove_balance(data, taut, x.copy(), cover, box, wide):
+            return wide
+    return domain
+
+
+def _in_metres(mass: RoutedMass, box: Bounds) -> Bounds:
+    """Return positions in the kernels' units as ones of the platform's origin in the base frame, outward."""
+    inside = box * mass.unit
+    lo = np.nextafter(inside[:, 0] + mass.frame[2:5, 0], -np.inf)
+    hi = np.nextafter(inside[:, 1] + mass.frame[2:5, 1], np.inf)
+    return np.stack([lo, hi], axis=1)
