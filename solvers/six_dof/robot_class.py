@@ -24,7 +24,7 @@ class SixDofClass:
     def forward(self, problem: Problem, options: Options) -> Answer:
         """Return every static pose."""
         if scope.needs_real_cells(problem.robot):
-            from solvers.six_dof.real.forward import solve as solve_real
+            from solvers.six_dof.over_pulleys import solve as solve_real
 
             return solve_real(problem, options)
         from solvers.six_dof.forward import solve

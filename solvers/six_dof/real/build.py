@@ -8,11 +8,11 @@ from fractions import Fraction
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from cdpr_interval.mechanics.cables.pulley import OverPulley
 from cdpr_interval.mechanics.cables.straight import FixedExit
 from cdpr_interval.mechanics.six_dof.arrays import nearest, platform_size, triples_by_spread
-from numpy.typing import NDArray
 from solvers.questions.problem import Problem
 from solvers.six_dof.real.model import RealModel
 
@@ -145,9 +145,10 @@ def _paths(
 ) -> Floats:
     """Return bounds (N, 2) of path lengths in every static pose; of slack cables the upper ones are lengths.
 
-    With c the middle of the exit points and Q the farthest of what lies around c and around the centre of mass p,
-    together: where p is within 3 Q of c, L is at most 4 Q and an excess. Elsewhere every rope pulls back by at
-    least half of its tension, so that the tensions together are at most twice the load, which bounds the stretch.
+    With c the middle of the exit points and Q the farthest of what lies around c and around the centre of
+    mass p, together: where p is within 3 Q of c, L is at most 4 Q and an excess. Elsewhere every rope pulls
+    back by at least half of its tension, so that the tensions together are at most twice the load, which
+    bounds the stretch.
     """
     paths = lengths.copy()
     middle = exits.mean(axis=0)

@@ -4,8 +4,8 @@ A cell is surveyed first (``survey``): its box of positions is cut, and one that
 once. Then all equations become forms (``shape``), whose tests are those of every platform: lengths, slack
 cables, the balance of forces; what is left is contracted by all equations at once.
 
-Arrays: as in ``cells.tests``; a cell has the columns ``REAL_COLUMNS``; ``context`` is a ``RealContext``, ``real`` a
-``RealModel``, ``desk`` a ``Desk``; ``roots`` (m, 1 + 2 (6 + n)) as in ``cells.bounds``.
+Arrays: as in ``cells.tests``; a cell has the columns ``REAL_COLUMNS``; ``context`` is a ``RealContext``,
+``real`` a ``RealModel``, ``desk`` a ``Desk``; ``roots`` (m, 1 + 2 (6 + n)) as in ``cells.bounds``.
 """
 
 from __future__ import annotations
@@ -57,7 +57,6 @@ from cdpr_interval.mechanics.six_dof.balance import (
 from cdpr_interval.mechanics.six_dof.directions import centre_columns
 from cdpr_interval.mechanics.six_dof.geometry import rotation_rows
 from cdpr_interval.mechanics.six_dof.rows import BEFORE, DIMENSIONS, MOST_TAUT, MOST_TENSION, MOVING, TENSIONS
-from solvers.six_dof.cells.bounds import near_root
 from solvers.six_dof.real import survey as surveys
 from solvers.six_dof.real.columns import BOX, CENTRE, DENSITIES, FORMED, NEXT, RANGE, REAL_COLUMNS
 from solvers.six_dof.real.shape import (
@@ -194,7 +193,7 @@ def slack_excluded(F: Forms, W: LaneArray, real: Any, spots: Any, needed: Lanes,
 @kernel(inline="always")
 def exclude(context: Any, states: Any) -> int:
     """Give the open lanes that hold no equilibrium their states; return the most pivots of a lane."""
-    S, F, W, C, _, _ = context.scratch
+    S, F, W, _, _, _ = context.scratch
     real, spots = context.real, context.desk.spots
     n = real.n_taut
     rank = cut_by_lengths(context, states)
@@ -262,6 +261,16 @@ def cut_density(C: LaneArray, lane: int, i: int, low: float, high: float) -> boo
     return bool(shrunk(C[0, k + 1, lane] - C[0, k, lane], before))
 
 
+@kernel()
+def near_root(roots: Any, k: int, C: LaneArray, lane: int, size: int) -> bool:
+    """Return True when a lane's u lies in the uniqueness box of root ``k``, in its chart."""
+    near = roots[k, 0] == C[0, CHART, lane]
+    for c in range(3):
+        near = near and roots[k, 1 + c] <= C[0, 2 * c, lane]
+        near = near and C[0, 2 * c + 1, lane] <= roots[k, 1 + size + c]
+    return bool(near)
+
+
 @kernel(inline="always")
 def settled(context: Any, states: Any) -> None:
     """Mark as SETTLED the open lanes all of whose equilibria lie in one root's uniqueness box."""
@@ -271,7 +280,7 @@ def settled(context: Any, states: Any) -> None:
     bounded = False
     for k in range(roots.shape[0]):
         for lane in range(LANES):
-            if states[lane] != OPEN or not near_root(roots, k, C, lane, CHART, size):
+            if states[lane] != OPEN or not near_root(roots, k, C, lane, size):
                 continue
             if not bounded:
                 store(W, FLAGS, BOUNDED, tension_bounds(F, W, n, S))

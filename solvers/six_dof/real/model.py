@@ -38,7 +38,8 @@ class RealModel(NamedTuple):
     most_excess: Floats
     """(N,) and at most this."""
     shift: Floats
-    """(N, 2) errors of the data: as a length that A, b and fixed may be off together, and as an angle of k."""
+    """(N, 2) errors of the data: as a length that A, b and fixed may be off together, and as an angle of
+    k."""
     arms: Floats
     """(N, 3) arms b."""
     arm_lengths: Floats

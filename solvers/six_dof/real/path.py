@@ -1,17 +1,18 @@
 """The path of one cable over its pulley around one anchor position: a point, and bounds over a ball about it.
 
 In the plane of the cable, g = X - A = x u + y k with the swivel axis k and x > 0. From the pulley's centre
-A + h u the anchor is at q = (x - h, y), rho = |q|; sigma = sqrt(rho^2 - r^2) is the free length, n = (cos psi,
-sin psi) with psi = arg q + acos(r / rho) the direction of the tangent point T = A + h u + r n, a = (sin psi,
-- cos psi) the unit vector from there to X and L = fixed - r psi + sigma the length of the path. With w = k x u
-and c = (h + r cos psi) / x, where 0 <= c because r <= h,
+A + h u the anchor is at q = (x - h, y), rho = |q|; sigma = sqrt(rho^2 - r^2) is the free length, n = (cos
+psi, sin psi) with psi = arg q + acos(r / rho) the direction of the tangent point T = A + h u + r n, a = (sin
+psi, - cos psi) the unit vector from there to X and L = fixed - r psi + sigma the length of the path. With w =
+k x u and c = (h + r cos psi) / x, where 0 <= c because r <= h,
 
-    grad L = a,   grad psi = n / sigma,   grad sigma = a + (r / sigma) n,   dT/dX = c w w^T - (r / sigma) a n^T,
-    Hess L = n n^T / sigma + (1 - c) / sigma w w^T.
+    grad L = a,   grad psi = n / sigma,   grad sigma = a + (r / sigma) n,   dT/dX = c w w^T - (r / sigma) a
+    n^T, Hess L = n n^T / sigma + (1 - c) / sigma w w^T.
 
 Rounding: the point is evaluated in floats. Errors of the data and of g are, to first order and with a wide
-margin, a change of X: L has slope one, T a slope of at most max(r / sigma, (h + r) / x). What is rounded after
-that is off by a few units of ``SIZE``, by rho / sigma times as many where the anchor is near the pulley.
+margin, a change of X: L has slope one, T a slope of at most max(r / sigma, (h + r) / x). What is rounded
+after that is off by a few units of ``SIZE``, by rho / sigma times as many where the anchor is near the
+pulley.
 
 Arrays: ``real`` is a ``RealModel``; ``seen`` (N, SEEN) the cables seen from X, columns as in ``columns``.
 """
@@ -56,7 +57,7 @@ LEAST_SHARE = 1e-3
 
 @kernel()
 def see(real: Any, i: int, x0: float, x1: float, x2: float, seen: Any) -> None:
-    """Write what is seen of cable ``i`` from X; a path length of NaN where the anchor is inside the pulley."""
+    """Write what is seen of cable ``i`` from X; NaN where the anchor is inside the pulley."""
     r, h = real.radius[i], real.arm[i]
     g0, g1, g2 = x0 - real.exits[i, 0], x1 - real.exits[i, 1], x2 - real.exits[i, 2]
     away = math.sqrt(g0 * g0 + g1 * g1 + g2 * g2)
@@ -107,12 +108,12 @@ def see(real: Any, i: int, x0: float, x1: float, x2: float, seen: Any) -> None:
 
 @kernel()
 def around(real: Any, i: int, reach: float, seen: Any) -> bool:
-    """Bound cable ``i`` over all X within ``reach`` of the one it is seen from; False: it is not smooth there.
+    """Bound cable ``i`` over all X within ``reach`` of where it is seen from; False: it is not smooth.
 
     Writes REACH .. DRIFT. Guarantee: |L(X) - (|X - T0| + L0 - sigma0)| <= LOOSE for the exact path length L,
     T0 the tangent point as it stands in ``seen`` and L0, sigma0 likewise, |T(X) - T0| <= DRIFT, sigma(X) >=
-    LEAST_FREE, x(X) >= LEAST_SIDE. Proof of the first: both sides have value and gradient in common at X0; the
-    Hessians differ by at most (h + r) / (sigma x) + 2 tau / (sigma (sigma - tau)), tau the change of T.
+    LEAST_FREE, x(X) >= LEAST_SIDE. Proof of the first: both sides have value and gradient in common at X0;
+    the Hessians differ by at most (h + r) / (sigma x) + 2 tau / (sigma (sigma - tau)), tau the change of T.
     """
     r, h, size = real.radius[i], real.arm[i], seen[i, SIZE]
     seen[i, REACH] = reach

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from cdpr_interval.engine.budget import Budget
 from cdpr_interval.mechanics.rotation import HALF_TURNS, rotation_at
-from solvers.six_dof.cells.roots import Root
 from solvers.six_dof.real.columns import REAL_COLUMNS
 from solvers.six_dof.real.model import RealModel
 from solvers.six_dof.real.system import existence_box, growth, improve, new_bench, system
@@ -27,11 +27,19 @@ LARGEST_REACH = 0.25
 HALVINGS = 24
 
 
+class RealRoot(NamedTuple):
+    """A proved zero: exactly one in ``box``, no other one in ``unique``; (6 + n, 2) in (u, p, t)."""
+
+    chart: int
+    box: Floats
+    unique: Floats
+
+
 def find_roots(
-    real: RealModel, leaves: Floats, leaf_size: float, known: Sequence[Root], budget: Budget
-) -> list[Root]:
+    real: RealModel, leaves: Floats, leaf_size: float, known: Sequence[RealRoot], budget: Budget
+) -> list[RealRoot]:
     """Start Newton from leaves spread over each cluster and prove what it finds."""
-    found: list[Root] = []
+    found: list[RealRoot] = []
     todo = np.ones(len(leaves), dtype=np.bool_)
     middle = 0.5 * (leaves[:, 0:12:2] + leaves[:, 1:12:2])
     for _ in range(MOST_STARTS):
@@ -49,7 +57,7 @@ def find_roots(
     return found
 
 
-def root_near(real: RealModel, chart: int, pose: Floats, known: Sequence[Root]) -> Root | None:
+def root_near(real: RealModel, chart: int, pose: Floats, known: Sequence[RealRoot]) -> RealRoot | None:
     """Return a proved root that Newton finds from a pose (6,) and that is not known."""
     n = real.n_taut
     bench = new_bench(real, chart)
@@ -69,7 +77,7 @@ def root_near(real: RealModel, chart: int, pose: Floats, known: Sequence[Root]) 
     if not existence_box(bench, z, C, box):
         return None
     unique = largest_unique(real, bench, z, C, box)
-    return None if unique is None else Root(chart, box, unique, box)
+    return None if unique is None else RealRoot(chart, box, unique)
 
 
 def largest_unique(real: RealModel, bench: object, z: Floats, C: Floats, box: Floats) -> Floats | None:

@@ -1,17 +1,17 @@
 """Positions and cables as forms over cells: v = p - p_c as a polynomial of u and a rest, lengths, wrenches.
 
 p~(u) is the second-order Taylor polynomial of the position that three cables fix, in floats; the rest w =
-p - p~(u) has three symbols of its own. Which polynomial it is does not matter for what is proved: w is bounded
-by the cell's box of positions, and by what the lengths leave of it. With y_i = T0_i - p_c,
+p - p~(u) has three symbols of its own. Which polynomial it is does not matter for what is proved: w is
+bounded by the cell's box of positions, and by what the lengths leave of it. With y_i = T0_i - p_c,
 
     2 s G_i = s |v|^2 - 2 y_i . s v + s (|y_i|^2 + |b_i|^2 - s_i^2) + 2 v . s R b_i - 2 y_i . s R b_i
 
-vanishes where |X_i - T0_i| = s_i, s_i = l_i - (L0 - sigma0). The path length is that of this sphere but for the
-error LOOSE of ``path.around``, which widens s_i. The wrench about the centre of mass is (e_i, R b_i x e_i),
-e_i = y_i - v - R b_i but for the error DRIFT.
+vanishes where |X_i - T0_i| = s_i, s_i = l_i - (L0 - sigma0). The path length is that of this sphere but for
+the error LOOSE of ``path.around``, which widens s_i. The wrench about the centre of mass is (e_i, R b_i x
+e_i), e_i = y_i - v - R b_i but for the error DRIFT.
 
-Arrays: ``F``, ``W``, ``C`` as in ``cells.tests``, ``F`` with the rows of ``rows``; ``desk`` is a ``survey.Desk``,
-``real`` a ``RealModel``.
+Arrays: ``F``, ``W``, ``C`` as in ``cells.tests``, ``F`` with the rows of ``rows``; ``desk`` is a
+``survey.Desk``, ``real`` a ``RealModel``.
 """
 
 from __future__ import annotations
@@ -109,7 +109,7 @@ def spot(real: Any, lane: int, desk: Any) -> None:
 
 @kernel()
 def polynomial(real: Any, F: Forms, C: LaneArray, lane: int, desk: Any) -> None:
-    """Write the slopes and second-order terms of p~ for a lane, and bounds of w to the columns 6..11 of its cell.
+    """Write the slopes and second-order terms of p~ for a lane, and bounds of w to its columns 6..11.
 
     The box of positions is kept in BOX.
     """
@@ -251,7 +251,6 @@ def position_rows(F: Forms, C: LaneArray, held: Any, S: Symbols) -> None:
 @kernel()
 def product_rows(F: Forms, S: Symbols) -> None:
     """Write the products of position and rotation that all cables share."""
-    one = splat(1.0)
     for k in range(3):
         multiply(F, SCALED + k, SCALE, POSITION + k, 1.0, S)
     dot3(F, SQUARED, POSITION, SCALED, S)

@@ -1,4 +1,4 @@
-"""All equilibria of one taut subset on real cables, in rounds: search to a leaf size, prove roots, go on smaller.
+"""All equilibria of one taut subset on real cables, in rounds: search to a leaf size, prove, go on.
 
 Each round searches the cells that are left with all roots proved so far; a cell whose equilibria all lie in a
 root's uniqueness box is settled. What remains at the last leaf size is undecided.
@@ -18,11 +18,10 @@ from cdpr_interval.engine.scratch import new_scratch
 from cdpr_interval.engine.search import Report, Run, search
 from cdpr_interval.kernels.lanes import LANES
 from cdpr_interval.kernels.second_order import WHOLE_POSE
-from solvers.six_dof.cells.roots import Root
 from solvers.six_dof.real.cells import RealContext, run
 from solvers.six_dof.real.columns import DENSITIES, REAL_COLUMNS
 from solvers.six_dof.real.model import RealModel
-from solvers.six_dof.real.roots import find_roots
+from solvers.six_dof.real.roots import RealRoot, find_roots
 from solvers.six_dof.real.rows import FORMS, WORK
 from solvers.six_dof.real.survey import new_desk
 
@@ -35,7 +34,8 @@ LAST_LEAF = 1e-7
 SPREAD_SHARE = 0.5
 """Last leaf size over the width of the length ranges in units of the platform's size."""
 MOST_OF_FAMILY = 2
-"""So many taut cables may let the platform turn about an axis: its poses are no points, and no search ends."""
+"""So many taut cables may let the platform turn about an axis: its poses are no points, and no search
+ends."""
 FAMILY_CELLS = 400_000
 """Cells for such a subset; where it has no pose, a tenth of them is enough."""
 FAMILY_REASON = "these cables may have a family of poses, which is not resolved for cables over pulleys yet"
@@ -77,7 +77,7 @@ class RealSearch:
     budget: Budget
     threads: int = 1
     report: Report | None = None
-    roots: list[Root] = field(default_factory=list)
+    roots: list[RealRoot] = field(default_factory=list)
     undecided: Floats = field(default_factory=lambda: np.empty((0, REAL_COLUMNS.width)))
     reason: str = ""
     pending: int = 0
@@ -90,15 +90,13 @@ class RealSearch:
         budget = Share(self.budget, FAMILY_CELLS) if self.real.n_taut <= MOST_OF_FAMILY else self.budget
         leaf, before = FIRST_LEAF, 0
         while len(cells):
-            result = search(
-                partial(self.run, leaf), cells, budget, threads=self.threads, report=self.report
-            )
+            result = search(partial(self.run, leaf), cells, budget, threads=self.threads, report=self.report)
             self.cells += result.cells
             small = result.leaves[result.kinds == SMALL]
             if result.stop is not Stop.EXHAUSTED:
                 self.end_early(result.stop, np.concatenate([result.pending, small]))
                 return
-            growing = MOST_LEAVES < len(small) and before < len(small)
+            growing = len(small) > MOST_LEAVES and before < len(small)
             cells, before = small, len(small)
             if len(cells):
                 self.roots += find_roots(self.real, cells, leaf, self.roots, budget)
@@ -109,7 +107,7 @@ class RealSearch:
                 return
 
     def end_early(self, stop: Stop, cells: Floats) -> None:
-        """Keep what is left when a budget is spent: pending, or of a family that was given only a part of it."""
+        """Keep what is left when a budget is spent: as pending, or of a possible family as undecided."""
         if self.budget.stop() is None:
             self.undecided, self.reason = cells, FAMILY_REASON
         else:

@@ -8,8 +8,8 @@ bends by at most H+ = 1 / sigma and at least -H- = min(0, 1 - (h + r) / x) / sig
 
 Each taut cable so bounds a0 . q from both sides, each slack one from above, and three together bound q.
 
-Arrays: ``real`` is a ``RealModel``; ``C`` (1, width, LANES) cells, columns ``REAL_COLUMNS``; ``F`` their forms with
-the rows of rotations; ``desk`` is a ``Desk``.
+Arrays: ``real`` is a ``RealModel``; ``C`` (1, width, LANES) cells, columns ``REAL_COLUMNS``; ``F`` their
+forms with the rows of rotations; ``desk`` is a ``Desk``.
 """
 
 from __future__ import annotations
@@ -159,10 +159,10 @@ def look_at(real: Any, C: Any, lane: int, turned: float, desk: Any) -> bool:
 
 @kernel()
 def pulled(real: Any, C: Any, lane: int, v0: float, v1: float, v2: float, desk: Any) -> bool:
-    """Bound the densities of the taut cables by the forces along a direction v; False where they cannot balance.
+    """Bound the densities of the taut cables by the forces along a v; False where they cannot balance.
 
-    sum t_i (X_i - T_i) . v = f . v with t_i >= 0: where all (X_i - T_i) . v are positive, f . v is, and bounds
-    each t_i.
+    sum t_i (X_i - T_i) . v = f . v with t_i >= 0: where all (X_i - T_i) . v are positive, f . v is, and
+    bounds each t_i.
     """
     load = real.load[0] * v0 + real.load[1] * v1 + real.load[2] * v2
     off = real.load_err[0] + real.load_err[1] + real.load_err[2]
@@ -187,7 +187,9 @@ def along(real: Any, i: int, v0: float, v1: float, v2: float, desk: Any) -> floa
     if desk.smooth[i]:
         drift = seen[i, DRIFT] + ROUNDING * seen[i, SIZE]
         total = seen[i, ALONG] * v0 + seen[i, ALONG + 1] * v1 + seen[i, ALONG + 2] * v2
-        return float(total * seen[i, FREE] - (seen[i, REACH] + drift) * (1.0 + 1e-12) - 2.0 * seen[i, OFF_POINT])
+        return float(
+            total * seen[i, FREE] - (seen[i, REACH] + drift) * (1.0 + 1e-12) - 2.0 * seen[i, OFF_POINT]
+        )
     total = seen[i, WAY] * v0 + seen[i, WAY + 1] * v1 + seen[i, WAY + 2] * v2
     far = seen[i, REACH] + real.arm[i] + real.radius[i] + real.shift[i, 0] + 2.0 * ROUNDING * seen[i, SIZE]
     return float(total - far * (1.0 + 1e-12))
@@ -197,8 +199,8 @@ def along(real: Any, i: int, v0: float, v1: float, v2: float, desk: Any) -> floa
 def held_up(real: Any, C: Any, lane: int, desk: Any) -> bool:
     """Bound the densities by the forces along some directions; False where they cannot balance the load.
 
-    The directions are the load's, and two that a perceptron finds: with all ropes pulling back, and with the load
-    not pulling forward besides.
+    The directions are the load's, and two that a perceptron finds: with all ropes pulling back, and with the
+    load not pulling forward besides.
     """
     f0, f1, f2 = real.load[0], real.load[1], real.load[2]
     size = math.sqrt(f0 * f0 + f1 * f1 + f2 * f2)
@@ -244,7 +246,7 @@ def held_up(real: Any, C: Any, lane: int, desk: Any) -> bool:
 
 @kernel()
 def stretch(real: Any, C: Any, lane: int, i: int, desk: Any) -> bool:
-    """Bound path length and density of a taut cable that stretches by each other; False where they exclude it.
+    """Bound path length and density of a cable that stretches by each other; False: it has none.
 
     L = l + c t sigma; L and sigma have slopes of at most 1 and 1 + r / sigma in X.
     """
@@ -305,7 +307,7 @@ def shell(
 
 @kernel()
 def cut_by_shell(C: Any, lane: int, i: int, seen: Any) -> bool:
-    """Cut the box to distances between NEAREST and FARTHEST from a cable's hub; False when nothing is left."""
+    """Cut the box to distances between NEAREST and FARTHEST from a hub; False when nothing is left."""
     size = seen[i, SIZE]
     for k in range(3):
         least, most = 0.0, 0.0
@@ -437,9 +439,9 @@ def cut_by_triple(real: Any, C: Any, lane: int, size: float, desk: Any) -> bool:
 def survey(real: Any, F: Any, C: Any, lane: int, desk: Any) -> int:
     """Cut the positions of a lane's cell; return EMPTY, WIDE (bisect NEXT of ``held``) or READY.
 
-    Guarantee: every pose of the cell whose taut cables have their lengths, the others at most theirs, stays in it.
+    Guarantee: every pose of the cell whose taut cables have their lengths, the others at most theirs, stays
+    in it.
     """
-    held = desk.held
     scale = F[SCALE, 0, lane]
     for k in range(3):
         for j in range(3):

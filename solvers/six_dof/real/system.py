@@ -1,18 +1,21 @@
 """The square system of a taut subset on real cables over a box, and what Newton and Krawczyk need of it.
 
-Unknowns z = (u (3), p (3), t (n)), t_i = tension_i / sigma_i. With e_i = T_i - X_i, X_i = p + r_i, r_i = R(u) b_i,
+Unknowns z = (u (3), p (3), t (n)), t_i = tension_i / sigma_i. With e_i = T_i - X_i, X_i = p + r_i, r_i = R(u)
+b_i,
 
     L_i(X_i) - c_i t_i sigma_i - l_i = 0 (n),    sum t_i e_i + f = 0,    sum t_i r_i x e_i = 0,
 
 c_i the stretch by 1 N. Everything of a cable is a function of X_i: it is evaluated at the middle, and bounded
 over the ball around that by how fast it changes there (``path``). dT/dX = N changes at most by
 
-    |DN| <= r (1 + r / sigma) / sigma^2 + 2 r m / sigma + r / (sigma x) + 3 (h + r) / x^2,  m = max(1 / sigma, 1 / x),
+    |DN| <= r (1 + r / sigma) / sigma^2 + 2 r m / sigma + r / (sigma x) + 3 (h + r) / x^2,  m = max(1 / sigma,
+    1 / x),
 
 for one unit of X, and de/dX = N - I.
 
-Arrays: ``real`` is a ``RealModel``; ``z`` (6 + n, 2) a box, ``f`` (6 + n, 2), ``J`` (6 + n, 6 + n, 2) bounds; ``C``
-(6 + n, 6 + n) is about the inverse of J; ``seen`` (N, SEEN) cables as in ``path``; ``at`` is a ``Bench``.
+Arrays: ``real`` is a ``RealModel``; ``z`` (6 + n, 2) a box, ``f`` (6 + n, 2), ``J`` (6 + n, 6 + n, 2) bounds;
+``C`` (6 + n, 6 + n) is about the inverse of J; ``seen`` (N, SEEN) cables as in ``path``; ``at`` is a
+``Bench``.
 """
 
 from __future__ import annotations
@@ -111,7 +114,7 @@ def times_arm(M: Any, real: Any, i: int, out: Any) -> None:
 
 @kernel()
 def see_over(real: Any, i: int, middle: Any, turned: float, z: Any, seen: Any) -> float:
-    """See a cable from the middle of a box and bound it over it; return the reach, infinite where it is not smooth.
+    """See a cable from the middle of a box and bound it; return the reach, infinite where it is not smooth.
 
     ``middle`` (3, 3) the rotation there, ``turned`` how far u is from it.
     """
@@ -258,7 +261,7 @@ def cable_slopes(
 
 @entry()
 def system(at: Any, z: Any, f: Any, J: Any, slopes: bool) -> bool:
-    """Enclose all equations over a box and, if asked, their derivatives; False where a cable is not smooth."""
+    """Enclose all equations and, if asked, derivatives over a box; False where a cable is not smooth."""
     real = at.real
     n = real.n_taut
     middle, R, dR = np.empty((3, 3)), np.empty((3, 3, 2)), np.empty((3, 3, 3, 2))
@@ -280,7 +283,7 @@ def system(at: Any, z: Any, f: Any, J: Any, slopes: bool) -> bool:
 @part()
 def residual(context: Any, box: Any, f: Any) -> None:
     """Enclose the equations over a box; context (at, C), see ``cdpr_interval.engine.krawczyk``."""
-    at, C = context
+    at, _ = context
     unused = np.empty((1, 1, 2))
     if not system(at, box, f, unused, False):
         f[:, 0] = -math.inf
@@ -289,7 +292,7 @@ def residual(context: Any, box: Any, f: Any) -> None:
 
 @part()
 def linearise(context: Any, box: Any, f: Any, C: Any) -> bool:
-    """Write residuals and the inverse of their derivatives at a point, see ``cdpr_interval.engine.newton``."""
+    """Write residuals and the inverse of their derivatives at a point, as Newton asks for."""
     at, _ = context
     J = np.empty((C.shape[0], C.shape[0], 2))
     return system(at, box, f, J, True) and preconditioner(J, C)
@@ -315,7 +318,7 @@ def apply(context: Any, box: Any, image: Any) -> bool:
 
 @entry()
 def improve(at: Any, z: Any, C: Any, steps: int) -> bool:
-    """Improve z (6 + n,) by Newton steps in floats; True when they converged; C is left as the last inverse."""
+    """Improve z (6 + n,) by Newton steps in floats, C the last inverse; True when they converged."""
     return newton(linearise, residual, (at, C), z, C, steps, PACE) < CONVERGED
 
 
