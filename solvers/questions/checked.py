@@ -5,7 +5,7 @@ from __future__ import annotations
 from cdpr_interval.errors import InputError, NotSupportedError
 from cdpr_interval.exact.range import Range
 from cdpr_interval.mechanics.loaded import NO_FORCE
-from cdpr_interval.robots.cable_robot import Robot
+from cdpr_interval.robots.cable_robot import SIX_DOF, Robot
 from cdpr_interval.robots.numbers import Point, is_exact_point
 from solvers.questions.arguments import (
     Label,
@@ -62,6 +62,8 @@ def require_certifiable(problem: Problem) -> None:
     """
     robot = problem.robot
     require_treated(robot, over_pulleys(robot, "certificates") or mixed_cables(robot, "certificates"))
+    stretching = robot.is_elastic and robot.model == SIX_DOF
+    require_treated(robot, _by("elastic cables of a platform are not supported", "certificates", stretching))
     require_treated(robot, uncertain_data(robot, problem.external_force, asker="certificates"))
 
 
