@@ -133,7 +133,8 @@ class Solution(Described):
     tensions: OfCables
     """File order; [0, 0] for a slack cable. An end is null where nothing bounds it."""
     distances: OfCables
-    """From each exit point to its platform anchor, ||A_i - p - R B_i||, file order."""
+    """From each exit point to its platform anchor, ||A_i - p - R B_i||, file order; over a pulley of a
+    platform the length along the cable, from where it starts."""
     slack_respected: Annotated[bool | None, OrUndecided()]
     """True: every cable without tension is at least as long as its distance. False only with
     ``ignore_slack``. In Python None is undecided."""

@@ -63,7 +63,10 @@ class Expansion(ABC):
             return ()
         from solvers.six_dof.forward import subsets
         from solvers.six_dof.parts import parts_of
+        from solvers.six_dof.scope import needs_real_cells
 
+        if needs_real_cells(self.robot):
+            return ()
         problem, options = problem_of(self.robot, asked, asked["lengths_m"], settings)
         parts = [
             part for taut in subsets(problem) for part in parts_of(problem, options, taut, settings.split)

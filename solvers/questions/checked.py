@@ -5,7 +5,7 @@ from __future__ import annotations
 from cdpr_interval.errors import InputError, NotSupportedError
 from cdpr_interval.exact.range import Range
 from cdpr_interval.mechanics.loaded import NO_FORCE
-from cdpr_interval.robots.cable_robot import Robot
+from cdpr_interval.robots.cable_robot import SIX_DOF, Robot
 from cdpr_interval.robots.numbers import Point, is_exact_point
 from solvers.questions.arguments import (
     Label,
@@ -58,21 +58,27 @@ def uncertain_data(robot: Robot, force: Point = NO_FORCE, asker: str = "") -> st
 def require_certifiable(problem: Problem) -> None:
     """Raise `NotSupportedError` for a question whose certificate no checker of today could read.
 
-    It takes ranges of lengths, and of nothing else.
+    It takes ranges of lengths, and of nothing else, and straight cables that all stretch or all do not.
     """
-    require_treated(
-        problem.robot, uncertain_data(problem.robot, problem.external_force, asker="certificates")
-    )
+    robot = problem.robot
+    require_treated(robot, over_pulleys(robot, "certificates") or mixed_cables(robot, "certificates"))
+    stretching = robot.is_elastic and robot.model == SIX_DOF
+    require_treated(robot, _by("elastic cables of a platform are not supported", "certificates", stretching))
+    require_treated(robot, uncertain_data(robot, problem.external_force, asker="certificates"))
 
 
-def mixed_cables(robot: Robot) -> str | None:
-    """Return why a robot of elastic and inextensible cables is refused, or None."""
-    return "elastic and inextensible cables in one robot are not supported yet" if robot.is_mixed else None
+def mixed_cables(robot: Robot, asker: str = "") -> str | None:
+    """Return why a robot of elastic and inextensible cables is refused by ``asker``, or None."""
+    return _by("elastic and inextensible cables in one robot are not supported", asker, robot.is_mixed)
 
 
-def over_pulleys(robot: Robot) -> str | None:
-    """Return why a robot with pulleys is refused, or None for one without."""
-    return "pulleys are not supported here yet" if robot.has_pulleys else None
+def over_pulleys(robot: Robot, asker: str = "") -> str | None:
+    """Return why a robot with pulleys is refused by ``asker``, or None for one without."""
+    return _by("pulleys are not supported", asker, robot.has_pulleys)
+
+
+def _by(text: str, asker: str, applies: bool) -> str | None:
+    return f"{text}{' by ' + asker if asker else ''} yet" if applies else None
 
 
 def require_treated(robot: Robot, reason: str | None) -> None:

@@ -15,13 +15,13 @@ from cdpr_interval.mechanics.six_dof.frame import Pose
 from solvers.answers.data import Answer, CableState, Outcome, Solution, StopReason, SubsetReport, Undecided
 from solvers.questions.problem import Options, Problem, Progress
 from solvers.six_dof.cells.halves import cut_lengths
+from solvers.six_dof.cells.merge import distinct, one_of_each_torus
 from solvers.six_dof.cells.own_tubes import add_own_tubes
 from solvers.six_dof.cells.roots import Root, lies_in, pose_of
 from solvers.six_dof.cells.subset_search import SubsetSearch
 from solvers.six_dof.clusters import anywhere, clusters
 from solvers.six_dof.families_point import point_solution, poses_at
 from solvers.six_dof.hanging import hangs_by_centre
-from solvers.six_dof.merge import distinct, one_of_each_torus
 from solvers.six_dof.open_entries import open_cables, settle
 from solvers.six_dof.parts import put_together
 from solvers.six_dof.prepared import cables_of, kind_of, lengths_of

@@ -11,7 +11,7 @@ from solvers.six_dof import scope
 
 
 class SixDofClass:
-    """Rigid platforms on inextensible cables: several poses, for every subset of taut cables."""
+    """Rigid platforms: several poses, for every subset of taut cables."""
 
     name = SIX_DOF
     title = "six-dof platform"
@@ -23,6 +23,10 @@ class SixDofClass:
 
     def forward(self, problem: Problem, options: Options) -> Answer:
         """Return every static pose."""
+        if scope.needs_real_cells(problem.robot):
+            from solvers.six_dof.over_pulleys import solve as solve_real
+
+            return solve_real(problem, options)
         from solvers.six_dof.forward import solve
 
         return solve(problem, options)

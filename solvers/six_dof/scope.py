@@ -9,7 +9,7 @@ from cdpr_interval.robots.cable_robot import SIX_DOF, Robot
 from cdpr_interval.robots.numbers import Point
 from cdpr_interval.text.count import counted
 from solvers.questions.arguments import Label
-from solvers.questions.checked import mixed_cables, over_pulleys
+from solvers.questions.checked import uncertain_data
 from solvers.questions.problem import Method, Options
 
 MOST_TAUT = 6
@@ -23,11 +23,25 @@ def accepts(robot: Robot) -> bool:
 
 def refuses(robot: Robot, force: Point = NO_FORCE) -> str | None:
     """Return why this version cannot treat a platform under a force (N); None where it can."""
-    return (
-        over_pulleys(robot)
-        or mixed_cables(robot)
-        or ("elastic cables of a platform are not supported yet" if robot.is_elastic else None)
-    )
+    if any(c.pulley is not None and c.pulley.joints == 2 and not c.pulley.is_plain for c in robot.cables):
+        return "platforms on pulleys with two joints are not supported yet"
+    if robot.is_elastic:
+        return "elastic cables of a platform are not supported yet"
+    if needs_real_cells(robot):
+        return uncertain_data(robot, force, asker="platforms on pulleys")
+    return None
+
+
+def refuses_to_follow(robot: Robot) -> str | None:
+    """Return why a platform cannot be tracked from length to length; None where it can."""
+    if robot.is_elastic:
+        return "elastic cables of a platform are not supported yet"
+    return "platforms on pulleys cannot be tracked yet" if robot.has_pulleys else None
+
+
+def needs_real_cells(robot: Robot) -> bool:
+    """Return True where some cable runs over a pulley or stretches: then no sphere holds its anchor."""
+    return robot.has_pulleys or robot.is_elastic
 
 
 def complaints(robot: Robot, taut: tuple[int, ...] | None, options: Options, label: Label) -> Iterator[str]:
@@ -40,5 +54,7 @@ def complaints(robot: Robot, taut: tuple[int, ...] | None, options: Options, lab
     if options.ignore_tension_sign and tight != MOST_TAUT:
         rule = f"needs exactly six taut cables of a platform, got {counted(tight, 'cable')}"
         yield f"{label('ignore_tension_sign')}: {rule}"
+    elif options.ignore_tension_sign and needs_real_cells(robot):
+        yield f"{label('ignore_tension_sign')}: is for straight inextensible cables"
     if options.method is Method.CONVEX:
         yield f"{label('method')}: 'convex' is for point-mass robots, this is a platform"

@@ -148,7 +148,7 @@ class Tracker:
         robot = require_robot(robot)
         if not scope.accepts(robot):
             raise InputError(f"robot '{robot.name}': is a point mass; use PointMass, it needs no start")
-        require_treated(robot, scope.refuses(robot))
+        require_treated(robot, scope.refuses_to_follow(robot) or scope.refuses(robot))
         self._robot = robot
         self._body = Body(robot)
         self._size = self._body.size

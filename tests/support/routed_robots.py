@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from cdpr_interval.mechanics.loaded import loaded
 from cdpr_interval.robots.cable_robot import Cable, Elasticity, Platform, Robot
 from cdpr_interval.robots.pulley import Pulley
-from solvers.point_mass.routed.data import RoutedMass, routed_mass
+from solvers.routed_mass.data import RoutedMass, routed_mass
 
 Array = NDArray[np.float64]
 FIXED, ONE, EXACT, BISECTOR = "fixed", "one", "exact", "bisector"

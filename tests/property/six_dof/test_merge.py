@@ -15,9 +15,9 @@ from cdpr_interval.mechanics.six_dof.frame import Frame
 from cdpr_interval.robots.formats.reader import parse_robot
 from solvers import forward_kinematics
 from solvers.questions.problem import Options, Problem
+from solvers.six_dof.cells.merge import distinct, may_coincide
 from solvers.six_dof.cells.roots import Root, lies_in, pose_of
 from solvers.six_dof.cells.subset_search import SubsetSearch
-from solvers.six_dof.merge import distinct, may_coincide
 from solvers.six_dof.prepared import lengths_of
 from solvers.six_dof.reduction import reduced_problems
 

@@ -12,11 +12,11 @@ from cdpr_interval.robots.cable_robot import Cable, Elasticity, Platform, Robot
 from cdpr_interval.robots.pulley import Pulley
 from solvers.point_mass.cell_rows import WIDTH
 from solvers.point_mass.one_call import anywhere
-from solvers.point_mass.routed.balance import prove_balance
-from solvers.point_mass.routed.cells import first_cells
-from solvers.point_mass.routed.data import routed_mass
-from solvers.point_mass.routed.over_ranges import find_all
-from solvers.point_mass.routed.pose import Effort, _Hunt, data_for
+from solvers.routed_mass.balance import prove_balance
+from solvers.routed_mass.cells import first_cells
+from solvers.routed_mass.data import routed_mass
+from solvers.routed_mass.over_ranges import find_all
+from solvers.routed_mass.pose import Effort, _Hunt, data_for
 from tests.support.routed_robots import Line, Made, way
 
 ORIGIN = (F(0), F(0), F(0))

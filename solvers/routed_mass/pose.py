@@ -18,12 +18,12 @@ from solvers.point_mass.convex import Unproved
 from solvers.point_mass.entry import Fields, unpacked
 from solvers.point_mass.fields import OPEN, SLACK, TAUT
 from solvers.point_mass.one_call import DECIDED, anywhere
-from solvers.point_mass.routed.balance import prove_balance
-from solvers.point_mass.routed.cells import first_cells, run_cells
-from solvers.point_mass.routed.circle import Circle, circle_of
-from solvers.point_mass.routed.data import Routed, RoutedMass
-from solvers.point_mass.routed.guess import guess
-from solvers.point_mass.routed.one_call import (
+from solvers.routed_mass.balance import prove_balance
+from solvers.routed_mass.cells import first_cells, run_cells
+from solvers.routed_mass.circle import Circle, circle_of
+from solvers.routed_mass.data import Routed, RoutedMass
+from solvers.routed_mass.guess import guess
+from solvers.routed_mass.one_call import (
     AMONG_OTHERS,
     SMALLEST,
     classify,
@@ -36,7 +36,7 @@ from solvers.point_mass.routed.one_call import (
     strength,
     ways_at,
 )
-from solvers.point_mass.routed.tied import prove_tied, strict_minimum, tied_tensions
+from solvers.routed_mass.tied import prove_tied, strict_minimum, tied_tensions
 
 States = NDArray[np.int64]
 FINER = 0.125
@@ -145,12 +145,12 @@ class _Hunt:
     stability: list[Stability] = field(default_factory=list)
     regions: list[Bounds] = field(default_factory=list)
     zeros: list[_Zero] = field(default_factory=list)
-    """Of the poses that are proved, `first` included."""
+    """Of the poses that are proved, the first one included."""
 
     def run(self, first: tuple[Any, ...]) -> None:
         """Look at everything that may hold a pose, finer and finer.
 
-        ``first`` are the context's entries after the data, see `solvers.point_mass.routed.cells`.
+        ``first`` are the context's entries after the data, see `solvers.routed_mass.cells`.
         """
         stack = np.empty((max(64, len(self.mass.routes)), WIDTH))
         cells = stack[: first_cells(self.data, first[0], stack)]
@@ -406,7 +406,9 @@ def _first(mass: RoutedMass, data: Routed, proved: bool) -> _First:
     states, tension, distance = np.empty(count, dtype=np.int64), np.empty((count, 2)), np.empty((count, 2))
     if not tied_tensions(data, box, states, tension, distance):
         return _First()
-    return _First(_filled(mass, box, tension, distance, states), True)
+    fields = _filled(mass, box, tension, distance, states)
+    # Wherever all ropes leave outward there is no other pose.
+    return _First(fields, True, zero=_Zero(box, box))
 
 
 def _widened(data: Routed, taut: States, x: NDArray[np.float64], zero: Bounds, domain: Bounds) -> Bounds:

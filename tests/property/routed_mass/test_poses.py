@@ -16,10 +16,10 @@ from cdpr_interval.mechanics.stability import Stability
 from cdpr_interval.robots.cable_robot import Elasticity
 from solvers.point_mass.cell_rows import WIDTH
 from solvers.point_mass.controller import PointMass
-from solvers.point_mass.routed import cells
-from solvers.point_mass.routed.data import routed_mass
-from solvers.point_mass.routed.over_ranges import find_all
-from solvers.point_mass.routed.pose import Effort, data_for
+from solvers.routed_mass import cells
+from solvers.routed_mass.data import routed_mass
+from solvers.routed_mass.over_ranges import find_all
+from solvers.routed_mass.pose import Effort, data_for
 from tests.support.kernel_callers import Callers
 from tests.support.routed_robots import (
     BISECTOR,

@@ -1,0 +1,318 @@
+"""Platforms on cables over pulleys: every static pose of every subset of taut cables, as it is reported."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+
+import numpy as np
+from flint import arb, arb_mat
+from numpy.typing import NDArray
+
+from cdpr_interval.engine.budget import Budget, Stop
+from cdpr_interval.engine.search import Report
+from cdpr_interval.exact import balls
+from cdpr_interval.mechanics.cables.path import Balls, OffTheCable, Path
+from cdpr_interval.mechanics.energy import has_negative_direction, on_kernel, positive_definite, skew
+from cdpr_interval.mechanics.six_dof.frame import Frame, Pose
+from cdpr_interval.mechanics.stability import Stability
+from solvers.answers.data import (
+    Answer,
+    CableState,
+    Certainty,
+    Outcome,
+    Proof,
+    Solution,
+    StopReason,
+    SubsetReport,
+    Undecided,
+)
+from solvers.questions.problem import Options, Problem, Progress
+from solvers.six_dof.cells.merge import distinct
+from solvers.six_dof.cells.roots import Root, pose_of
+from solvers.six_dof.clusters import connected
+from solvers.six_dof.forward import Found, subsets
+from solvers.six_dof.real.build import model_for
+from solvers.six_dof.real.columns import REAL_COLUMNS
+from solvers.six_dof.real.subset import RealSearch
+from solvers.six_dof.solution import height, length_ball, nominal, origin
+
+Floats = NDArray[np.float64]
+
+NO_POSE = "no static pose: every taut subset is excluded"
+OFF_REASON = "the pose is proved, but one of its other cables has no path there"
+MOST_CELLS = 5_000
+"""More cells than this are one region."""
+
+
+def solve(problem: Problem, options: Options) -> Answer:
+    """Find and prove every static pose of a platform some of whose cables run over pulleys or stretch.
+
+    Guarantee
+    ---------
+    With outcome COMPLETE the static poses are exactly those listed, one in each box.
+    """
+    run = RealRun(problem, options)
+    with run.budget.listening(), balls.precision():
+        for taut in subsets(problem):
+            run.solve_subset(taut)
+        return run.answer()
+
+
+class RealRun:
+    """One forward-kinematics run; its subsets share a budget."""
+
+    def __init__(self, problem: Problem, options: Options) -> None:
+        self.problem = problem
+        self.options = options
+        self.budget = Budget(options.time_limit, options.cell_limit)
+        self.total = len(subsets(problem))
+        self.found: list[tuple[tuple[int, ...], Found, float]] = []
+        self.stopped: Stop | None = None
+
+    def solve_subset(self, taut: tuple[int, ...]) -> None:
+        """Solve one subset and keep what it gives."""
+        started = time.perf_counter()
+        found = Found()
+        if self.budget.stop() is not None:
+            found.pending = 1
+        else:
+            self.search(taut, found)
+        self.found.append((taut, found, time.perf_counter() - started))
+
+    def search(self, taut: tuple[int, ...], found: Found) -> None:
+        """Search one subset and turn its roots into solutions."""
+        real = model_for(self.problem, taut, slack=not self.options.ignore_slack)
+        search = RealSearch(real, self.budget, self.options.threads, self.reporter(found))
+        search.solve()
+        found.cells += search.cells
+        found.pending += search.pending
+        if search.stop is not Stop.EXHAUSTED:
+            found.pending = max(found.pending, 1)
+            self.stopped = search.stop
+        for root in distinct([Root(r.chart, r.box, r.unique, r.box) for r in search.roots]):
+            solution = solution_of(self.problem, self.options, taut, root)
+            if isinstance(solution, Undecided):
+                found.undecided.append(solution)
+            elif solution is not None:
+                found.solutions.append(solution)
+        if len(search.undecided):
+            found.undecided += regions(self.problem, taut, search.undecided, search.reason)
+
+    def reporter(self, found: Found) -> Report | None:
+        """Return the callback that turns a search's state into a ``Progress``."""
+        tell = self.options.progress
+        if tell is None:
+            return None
+        done = sum(f.cells for _, f, _ in self.found)
+        proved = sum(len(f.solutions) for _, f, _ in self.found)
+
+        def report(cells: int, pending: int, volume: float) -> None:
+            solutions = proved + len(found.solutions)
+            tell(
+                Progress(done + found.cells + cells, pending, volume, solutions, len(self.found), self.total)
+            )
+
+        return report
+
+    def answer(self) -> Answer:
+        """Assemble what all subsets gave."""
+        stop = self.budget.stop() or self.stopped
+        pending = sum(f.pending for _, f, _ in self.found)
+        solutions = [s for _, f, _ in self.found for s in f.solutions]
+        undecided = [u for _, f, _ in self.found for u in f.undecided]
+        reason = StopReason(stop.value) if stop is not None and pending else StopReason.EXHAUSTED
+        nothing = not (solutions or undecided or pending)
+        return Answer(
+            solutions=tuple(solutions),
+            undecided=tuple(undecided),
+            pending=pending,
+            subsets=tuple(report_of(*entry) for entry in self.found),
+            stop_reason=reason,
+            cells=sum(f.cells for _, f, _ in self.found),
+            message=NO_POSE if nothing else "",
+        )
+
+
+def report_of(taut: tuple[int, ...], found: Found, seconds: float) -> SubsetReport:
+    """Return a subset's line in the result."""
+    complete = not (found.pending or found.undecided) and all(s.is_decided for s in found.solutions)
+    outcome = Outcome.COMPLETE if complete else Outcome.INCOMPLETE
+    return SubsetReport(taut, outcome, len(found.solutions), found.cells, seconds)
+
+
+@dataclass(frozen=True)
+class Seen:
+    """A pose as one cable sees it."""
+
+    arm: arb_mat
+    """r = R b."""
+    path: Path
+    turning: arb_mat
+    """The derivative (3, 3) of the direction by the anchor."""
+
+    @property
+    def direction(self) -> arb_mat:
+        """Unit vector towards the anchor."""
+        return balls.vector(list(self.path.direction))
+
+
+def views(problem: Problem, pose: Pose) -> list[Seen] | None:
+    """Return what each cable sees of a pose; None where some cable has no path to it."""
+    found = []
+    numbers = Balls()
+    for arm, model in zip(problem.loaded.arm_ranges, problem.loaded.models, strict=True):
+        r = pose.rotation * balls.ranges(arm)
+        x, y, z = balls.entries(pose.centre + r)
+        try:
+            path = model.route.path((x, y, z), numbers)
+        except OffTheCable:
+            return None
+        found.append(Seen(r, path, arb_mat(model.route.turning(path, (x, y, z), numbers))))
+    return found
+
+
+def solution_of(
+    problem: Problem, options: Options, taut: tuple[int, ...], root: Root
+) -> Solution | Undecided | None:
+    """Return the solution of a proved root, or None where it is proved to be no static pose.
+
+    Undecided where some other cable has no path to it: within its pulley, or on its axis.
+
+    Distances are those along the cables, from where each starts to its anchor.
+    """
+    pose = pose_of(root, Frame.plain())
+    if any(t < 0 for t in pose.densities):
+        return None
+    view = views(problem, pose)
+    if view is None:
+        return _region(problem, taut, pose, 1, OFF_REASON)
+    densities = dict(zip(taut, pose.densities, strict=True))
+    states: list[CableState] = []
+    respected: bool | None = True
+    for i, seen in enumerate(view):
+        if i in densities:
+            states.append(CableState.TAUT if densities[i] > 0 else CableState.UNDECIDED)
+            continue
+        length = length_ball(problem, i)
+        is_slack = True if seen.path.length < length else False if seen.path.length > length else None
+        states.append(CableState.UNDECIDED if is_slack is None else CableState.SLACK)
+        if is_slack is False:
+            respected = False
+        elif is_slack is None and respected:
+            respected = None
+    if respected is False and not options.ignore_slack:
+        return None
+    tensions, distances = _numbers(problem, view, densities)
+    return Solution(
+        taut=tuple(i for i, state in enumerate(states) if state is CableState.TAUT),
+        cable_states=tuple(states),
+        position=balls.bounds_array(origin(problem.robot, pose)),
+        rotation=np.clip(balls.bounds_array(pose.rotation), -1.0, 1.0).reshape(3, 3, 2),
+        height=height(problem.robot, pose.centre),
+        tensions=tensions,
+        distances=distances,
+        slack_respected=respected,
+        existence=Certainty.PROVED,
+        uniqueness=Certainty.PROVED,
+        proof=Proof.INTERVAL_NEWTON,
+        stability=stability_of(problem, view, densities, CableState.UNDECIDED in states),
+        nominal=nominal(problem.robot, pose),
+        family=None,
+    )
+
+
+def _numbers(problem: Problem, view: list[Seen], densities: dict[int, arb]) -> tuple[Floats, Floats]:
+    """Return bounds (N, 2) of tensions and of lengths along the cables."""
+    tensions = np.zeros((len(view), 2))
+    distances = np.array([balls.to_bounds(seen.path.length) for seen in view])
+    for i, t in densities.items():
+        lo, hi = balls.to_bounds(t * view[i].path.free)
+        tensions[i] = max(lo, 0.0), hi
+        if not problem.loaded.models[i].law.stretches:
+            lo, hi = balls.to_bounds(length_ball(problem, i))
+            distances[i] = max(distances[i, 0], lo), min(distances[i, 1], hi)
+    return tensions, distances
+
+
+def stability_of(problem: Problem, view: list[Seen], densities: dict[int, arb], is_open: bool) -> Stability:
+    """Return whether a pose is a strict minimum of the energy of load and springs.
+
+    The second derivative along a motion (v, omega), dX = v + omega x r, is the sum over the taut cables of
+    tension (dX . da/dX dX + a . (omega x (omega x r))), and k (a . dX)^2 of one that stretches; inextensible
+    ones leave the motions with a . dX = 0.
+    """
+    form, rows = arb_mat(6, 6), []
+    for i, t in densities.items():
+        seen = view[i]
+        a, r = seen.direction, seen.arm
+        move = _beside(balls.identity(), skew(r) * arb(-1))
+        tension = t * seen.path.free
+        outer = (a * r.transpose() + r * a.transpose()) * arb(0.5)
+        turned = (outer - balls.identity() * balls.dot(a, r)) * tension
+        form += move.transpose() * seen.turning * move * tension + _corner(turned)
+        pulled = move.transpose() * a
+        constant = _spring(problem, i)
+        if constant is not None:
+            form += pulled * pulled.transpose() * constant
+        elif t > 0:
+            rows.append(balls.entries(pulled))
+    if not all(x.is_finite() for x in form.entries()):
+        return Stability.UNDECIDED
+    form = (form + form.transpose()) * arb(0.5)
+    try:
+        reduced = on_kernel(form, arb_mat(rows)) if rows else form
+    except ZeroDivisionError:
+        return Stability.UNDECIDED
+    if reduced is None or positive_definite(reduced):
+        return Stability.STABLE
+    return Stability.UNSTABLE if not is_open and has_negative_direction(reduced) else Stability.UNDECIDED
+
+
+def _spring(problem: Problem, i: int) -> arb | None:
+    """Return k of a cable of its length; None where it does not stretch."""
+    constant = problem.loaded.models[i].law.spring_constant(problem.lengths[i][0])
+    return None if constant is None else balls.from_fraction(constant)
+
+
+def _beside(left: arb_mat, right: arb_mat) -> arb_mat:
+    return arb_mat([[left[i, j] for j in range(3)] + [right[i, j] for j in range(3)] for i in range(3)])
+
+
+def _corner(block: arb_mat) -> arb_mat:
+    """Return the (6, 6) matrix with a block in its lower right corner."""
+    zero = arb(0)
+    rows = [[zero] * 6 for _ in range(3)]
+    rows += [[zero] * 3 + [block[i, j] for j in range(3)] for i in range(3)]
+    return arb_mat(rows)
+
+
+def regions(problem: Problem, taut: tuple[int, ...], cells: Floats, reason: str) -> list[Undecided]:
+    """Return one entry for each connected cluster of undecided cells."""
+    if len(cells) > MOST_CELLS:
+        return [_anywhere(problem, taut, cells, reason)]
+    found = []
+    for group in connected(cells, REAL_COLUMNS.chart):
+        chart = int(cells[group[0], REAL_COLUMNS.chart])
+        few = cells[group]
+        lo, hi = few[:, 0:12:2].min(axis=0), few[:, 1:12:2].max(axis=0)
+        box = np.stack([lo, hi], axis=1)
+        box = np.concatenate([box, np.zeros((len(taut), 2))])
+        pose = pose_of(Root(chart, box, box, box), Frame.plain())
+        found.append(_region(problem, taut, pose, len(few), reason))
+    return found
+
+
+def _region(problem: Problem, taut: tuple[int, ...], pose: Pose, cells: int, reason: str) -> Undecided:
+    """Return the entry of all rotations and positions that a pose encloses."""
+    rotation = np.clip(balls.bounds_array(pose.rotation), -1.0, 1.0).reshape(3, 3, 2)
+    return Undecided(taut, cells, reason, balls.bounds_array(origin(problem.robot, pose)), rotation)
+
+
+def _anywhere(problem: Problem, taut: tuple[int, ...], cells: Floats, reason: str) -> Undecided:
+    """Return one entry for all cells, whatever the rotation."""
+    centre = balls.norm(balls.ranges(problem.loaded.centre_ranges))
+    lo, hi = cells[:, 6:12:2].min(axis=0), cells[:, 7:12:2].max(axis=0)
+    far = balls.to_bounds(centre)[1]
+    position = np.stack([np.nextafter(lo - far, -np.inf), np.nextafter(hi + far, np.inf)], axis=1)
+    return Undecided(taut, len(cells), reason, position, np.tile(np.array([-1.0, 1.0]), (3, 3, 1)))

@@ -1,0 +1,1 @@
+"""Platforms on real cables: paths over swivelling pulleys, cables that stretch."""

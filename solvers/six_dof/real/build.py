@@ -1,0 +1,187 @@
+"""From exact data to the arrays of a platform on real cables."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from fractions import Fraction
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cdpr_interval.mechanics.cables.pulley import OverPulley
+from cdpr_interval.mechanics.cables.straight import FixedExit
+from cdpr_interval.mechanics.six_dof.arrays import nearest, platform_size, triples_by_spread
+from solvers.questions.problem import Problem
+from solvers.six_dof.real.model import RealModel
+
+Floats = NDArray[np.float64]
+Vector = tuple[Fraction, Fraction, Fraction]
+ZERO: Vector = (Fraction(0), Fraction(0), Fraction(0))
+UNIT = 2.0**-50
+"""Relative error of the few roundings behind a number of a pulley."""
+
+
+class RealCable(NamedTuple):
+    """One cable, exact numbers in m and m/N."""
+
+    exit: Vector
+    """A."""
+    arm: Vector
+    """b, from the centre of mass, in the platform frame."""
+    length: tuple[Fraction, Fraction]
+    """Bounds of l."""
+    radius: Fraction = Fraction(0)
+    """0: straight from the exit point."""
+    pulley_arm: Fraction = Fraction(0)
+    """h >= r."""
+    axis: Vector = (Fraction(0), Fraction(0), Fraction(1))
+    """k, of any length but zero."""
+    lead_in: Fraction = Fraction(0)
+    compliance: tuple[Fraction, Fraction] = (Fraction(0), Fraction(0))
+    """Bounds of 1 / k, the stretch by 1 N."""
+
+
+def build(
+    cables: Sequence[RealCable],
+    load: Vector,
+    n_taut: int,
+    *,
+    statics: bool = True,
+    slack: bool = True,
+) -> RealModel:
+    """Enclose the cables, the taut ones first, in the arrays of a ``RealModel``."""
+    exits, exits_err = _vectors([c.exit for c in cables])
+    arms, arms_err = _vectors([c.arm for c in cables])
+    force, force_err = _vectors([load])
+    axes = np.array([_unit(c.axis) for c in cables]).reshape(-1, 3)
+    radius = np.array([float(c.radius) for c in cables])
+    arm = np.array([max(float(c.pulley_arm), float(c.radius)) for c in cables])
+    lead = np.array([float(c.lead_in) for c in cables])
+    wrapped = np.hypot(arm, lead)
+    straight = np.sqrt(np.maximum((wrapped - radius) * (wrapped + radius), 0.0))
+    with np.errstate(all="ignore"):
+        # theta_K, as arctangents: arccosines lose digits where the rope starts at the pulley.
+        angle = np.pi + np.arctan2(lead, arm) - np.arctan2(straight, radius)
+    tangent = straight.copy()
+    exact_start = (lead == 0.0) & (arm == radius)
+    angle[exact_start], tangent[exact_start] = np.pi, 0.0
+    fixed = np.where(radius > 0.0, tangent + radius * angle, lead)
+    # The square root is as sensitive as the rope's start is near the pulley.
+    loss = np.where(exact_start, 0.0, 4.0 * wrapped * wrapped / np.maximum(straight, 1e-12))
+    fixed_err = UNIT * np.where(radius > 0.0, fixed + loss + 8.0 * radius, lead)
+    point = np.linalg.norm(exits_err, axis=1) + np.linalg.norm(arms_err, axis=1)
+    shift = np.stack(
+        [(point + fixed_err + 4.0 * UNIT * (radius + arm)) * 1.01, 8.0 * UNIT * (radius > 0.0)], axis=1
+    )
+    lengths = np.array([_outward(*c.length) for c in cables])
+    compliance = np.array([_outward(*c.compliance) for c in cables])
+    least = np.where(radius > 0.0, fixed - radius * (1.5 * np.pi) - arm - radius, fixed)
+    most = np.where(radius > 0.0, fixed + radius * np.pi + arm, fixed)
+    margin = shift[:, 0] + 1e-12 * (1.0 + arm)
+    reach = np.linalg.norm(arms, axis=1) + np.linalg.norm(arms_err, axis=1)
+    paths = _paths(exits, reach, arm + radius, lengths, compliance, most + margin, force[0], n_taut)
+    return RealModel(
+        n_taut=n_taut,
+        statics=statics,
+        slack=slack,
+        exits=exits,
+        axes=axes,
+        radius=radius,
+        arm=arm,
+        fixed=fixed,
+        least_excess=least - margin,
+        most_excess=most + margin,
+        shift=shift,
+        arms=arms,
+        arm_lengths=np.linalg.norm(arms, axis=1) * (1.0 + 1e-14) + np.linalg.norm(arms_err, axis=1),
+        lengths=lengths,
+        paths=paths,
+        compliance=compliance,
+        elastic=bool((compliance[:n_taut, 1] > 0.0).any()),
+        load=force[0],
+        load_err=force_err[0],
+        size=platform_size(arms[:n_taut]),
+        triple=_triple(exits, arms, n_taut),
+    )
+
+
+def cables_of(problem: Problem) -> list[RealCable]:
+    """Return the cables of a question, file order."""
+    loaded, found = problem.loaded, []
+    for arm, length, (route, law) in zip(loaded.arms, problem.lengths, loaded.models, strict=True):
+        constants = [law.spring_constant(end) for end in length]
+        given = tuple(Fraction(0) if k is None else 1 / k for k in constants)
+        compliance = (min(given), max(given))
+        if isinstance(route, OverPulley):
+            found.append(
+                RealCable(
+                    route.point, arm, length, route.radius, route.arm, route.axis, route.lead_in, compliance
+                )
+            )
+        else:
+            assert isinstance(route, FixedExit)
+            found.append(RealCable(route.point, arm, length, lead_in=route.before, compliance=compliance))
+    return found
+
+
+def model_for(problem: Problem, taut: Sequence[int], *, slack: bool = True) -> RealModel:
+    """Return the arrays of a question with these cables taut; cables that need not be slack are left out."""
+    cables = cables_of(problem)
+    others = [i for i in range(len(cables)) if i not in taut] if slack else []
+    return build([cables[i] for i in (*taut, *others)], problem.load, len(taut))
+
+
+def _paths(
+    exits: Floats,
+    reach: Floats,
+    pulley: Floats,
+    lengths: Floats,
+    compliance: Floats,
+    excess: Floats,
+    load: Floats,
+    n_taut: int,
+) -> Floats:
+    """Return bounds (N, 2) of path lengths in every static pose; of slack cables the upper ones are lengths.
+
+    With c the middle of the exit points and Q the farthest of what lies around c and around the centre of
+    mass p, together: where p is within 3 Q of c, L is at most 4 Q and an excess. Elsewhere every rope pulls
+    back by at least half of its tension, so that the tensions together are at most twice the load, which
+    bounds the stretch.
+    """
+    paths = lengths.copy()
+    middle = exits.mean(axis=0)
+    far = np.linalg.norm(exits - middle, axis=1) + pulley
+    size = float(far.max() + reach.max())
+    stretched = lengths[:, 1] + 2.0 * np.linalg.norm(load) * compliance[:, 1]
+    highest = np.maximum(stretched, 4.0 * size + excess) * (1.0 + 1e-9)
+    is_elastic = (compliance[:, 1] > 0.0) & (np.arange(len(exits)) < n_taut)
+    paths[is_elastic, 1] = highest[is_elastic]
+    return paths
+
+
+def _vectors(vectors: Sequence[Vector]) -> tuple[np.ndarray, np.ndarray]:
+    pairs = [[nearest(x) for x in v] for v in vectors]
+    found = np.array(pairs)
+    return np.ascontiguousarray(found[:, :, 0]), np.ascontiguousarray(found[:, :, 1])
+
+
+def _unit(axis: Vector) -> list[float]:
+    """Return an axis over its length, correctly but for some units."""
+    most = max(map(abs, axis))
+    scaled = [x / most for x in axis]
+    norm = math.sqrt(sum(x * x for x in scaled))
+    return [float(x) / norm for x in scaled]
+
+
+def _outward(lo: Fraction, hi: Fraction) -> tuple[float, float]:
+    (m, e), (n, d) = nearest(lo), nearest(hi)
+    return (m if e == 0.0 else math.nextafter(m, -math.inf)), (n if d == 0.0 else math.nextafter(n, math.inf))
+
+
+def _triple(exits: np.ndarray, arms: np.ndarray, n_taut: int) -> np.ndarray:
+    """Return the three taut cables whose centres stay farthest from one line; any where there are fewer."""
+    if n_taut < 3:
+        return np.zeros(3, dtype=np.int64)
+    return np.ascontiguousarray(triples_by_spread(exits, arms, n_taut)[0, :3])

@@ -1,0 +1,53 @@
+"""What the columns of arrays mean here: cells, cables seen from a cell, what is kept of a cell."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+
+class RealColumns(NamedTuple):
+    """What the columns of a cell mean; the bounds of u and of the centre of mass come first."""
+
+    variables: int
+    chart: int
+    share: int
+    """Share of the search volume."""
+    width: int
+
+
+DENSITIES = 13
+"""Bounds of t_i = tension / free length of up to six taut cables, lo and hi of each; only of elastic ones."""
+REAL_COLUMNS = RealColumns(variables=6, chart=12, share=25, width=26)
+"""Cells in (u, p): bounds of u, then bounds of the centre of mass, which are any box that holds it."""
+
+PATH, FREE, SIDE, HEIGHT, RHO = range(5)
+"""Of a cable at one anchor position X0: path length L, free length sigma, x, y and rho of the pulley's
+plane;"""
+ALONG, FOOT, ACROSS, ASIDE = 5, 8, 11, 14
+"""the unit vector a, the tangent point T, the normal n and the swivel direction w, three columns each;"""
+WRAP, SIZE, OFF_LENGTH, OFF_POINT, AWAY = range(17, 22)
+"""psi, the size of all terms, rounding of L and of T, |X0 - A|;"""
+REACH, LEAST_FREE, LEAST_SIDE, LOOSE, DRIFT = range(22, 27)
+"""how far X may be from X0, the least sigma and x there, the error of the path length as that of a sphere
+about T0, how far T may be from T0;"""
+HUB, NEAREST, FARTHEST = 27, 30, 31
+"""A - R(u_c) b, and bounds of how far from it the centre of mass is;"""
+LOWEST, HIGHEST = 32, 33
+"""bounds of the path length, by length and stretch;"""
+WAY = 34
+"""X0 - A."""
+SEEN = 37
+"""How many there are."""
+
+CENTRE, FIRST, SECOND, RANGE, BOX, NEXT, FORMED = 0, 3, 12, 30, 33, 39, 40
+"""Of a lane's cell: the centre of its positions p_c (3), slopes (3, 3) and second-order terms (6, 3) of p~ -
+p_c in the symbols of u, how far that reaches (3), bounds of p (6), the variable to bisect (-1: not chosen), 1
+while the cell's columns 6..11 bound w = p - p~ instead of p."""
+HELD = 41
+"""How many there are."""
+
+TO_FOOT, LEVEL, LEVEL_ERROR, POINT_ERROR = 0, 3, 4, 5
+"""Of a cable for the forms of a batch: T0 - p_c (3), (|T0 - p_c|^2 + |b|^2 - s^2) / 2 and its error, the
+error of T0."""
+SPOT = 6
+"""How many there are."""

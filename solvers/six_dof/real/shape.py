@@ -1,0 +1,322 @@
+"""Positions and cables as forms over cells: v = p - p_c as a polynomial of u and a rest, lengths, wrenches.
+
+p~(u) is the second-order Taylor polynomial of the position that three cables fix, in floats; the rest w =
+p - p~(u) has three symbols of its own. Which polynomial it is does not matter for what is proved: w is
+bounded by the cell's box of positions, and by what the lengths leave of it. With y_i = T0_i - p_c,
+
+    2 s G_i = s |v|^2 - 2 y_i . s v + s (|y_i|^2 + |b_i|^2 - s_i^2) + 2 v . s R b_i - 2 y_i . s R b_i
+
+vanishes where |X_i - T0_i| = s_i, s_i = l_i - (L0 - sigma0). The path length is that of this sphere but for
+the error LOOSE of ``path.around``, which widens s_i. The wrench about the centre of mass is (e_i, R b_i x
+e_i), e_i = y_i - v - R b_i but for the error DRIFT.
+
+Arrays: ``F``, ``W``, ``C`` as in ``cells.tests``, ``F`` with the rows of ``rows``; ``desk`` is a
+``survey.Desk``, ``real`` a ``RealModel``.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from cdpr_interval.engine.rows import SCRATCH
+from cdpr_interval.kernels.kernel import kernel
+from cdpr_interval.kernels.lanes import LaneArray, load, splat, store
+from cdpr_interval.kernels.rounding import inflate_lanes, up
+from cdpr_interval.kernels.second_order import (
+    Forms,
+    Symbols,
+    add_product,
+    add_scaled,
+    close,
+    combine2,
+    combine3,
+    constant,
+    dot3,
+    largest,
+    multiply,
+    scale,
+    widen,
+)
+from cdpr_interval.mechanics.six_dof.rows import (
+    DIMENSIONS,
+    LOAD,
+    POSITION,
+    ROTATION,
+    SCALE,
+    U_SYMBOLS,
+    WRENCH,
+)
+from solvers.six_dof.real.columns import (
+    BOX,
+    CENTRE,
+    DRIFT,
+    FIRST,
+    FOOT,
+    FORMED,
+    FREE,
+    HIGHEST,
+    LEVEL,
+    LEVEL_ERROR,
+    LOOSE,
+    LOWEST,
+    PATH,
+    POINT_ERROR,
+    RANGE,
+    SECOND,
+    SIZE,
+    TO_FOOT,
+)
+from solvers.six_dof.real.path import ROUNDING
+from solvers.six_dof.real.rows import INNER, OUTER, SCALED, SQUARED, TURNED
+from solvers.six_dof.real.survey import invert
+
+FARTHEST_SLOPE = 8.0
+"""Most that p~ may move over half a cell, in units of the reach of its cables' arms: else it is constant."""
+
+
+@kernel()
+def spot(real: Any, lane: int, desk: Any) -> None:
+    """Write what the forms of a lane need of each cable; of cables that are not smooth bounds of nothing."""
+    held, seen, spots = desk.held, desk.seen, desk.spots
+    for i in range(real.exits.shape[0]):
+        spots[i, POINT_ERROR, lane] = math.inf
+        spots[i, LEVEL_ERROR, lane] = math.inf
+        spots[i, LEVEL, lane] = 0.0
+        total = 0.0
+        for k in range(3):
+            y = seen[i, FOOT + k] - held[lane, CENTRE + k]
+            spots[i, TO_FOOT + k, lane] = y if desk.smooth[i] else 0.0
+            total += y * y
+        if not desk.smooth[i]:
+            continue
+        size = seen[i, SIZE]
+        # T0 is now p_c + y.
+        moved = ROUNDING * size
+        start = seen[i, PATH] - seen[i, FREE]
+        low, high = seen[i, LOWEST] - start, seen[i, HIGHEST] - start
+        if i >= real.n_taut:
+            low = high
+        radius = 0.5 * (low + high)
+        loose = (0.5 * (high - low) + seen[i, LOOSE] + moved) * (1.0 + 1e-12)
+        b = real.arm_lengths[i]
+        level = 0.5 * (total + b * b - radius * radius)
+        error = loose * (abs(radius) + 0.5 * loose) + ROUNDING * (total + b * b + radius * radius)
+        spots[i, LEVEL, lane] = level
+        spots[i, LEVEL_ERROR, lane] = error * (1.0 + 1e-12)
+        spots[i, POINT_ERROR, lane] = (seen[i, DRIFT] + moved + real.shift[i, 0]) * (1.0 + 1e-12)
+
+
+@kernel()
+def polynomial(real: Any, F: Forms, C: LaneArray, lane: int, desk: Any) -> None:
+    """Write the slopes and second-order terms of p~ for a lane, and bounds of w to its columns 6..11.
+
+    The box of positions is kept in BOX.
+    """
+    held = desk.held
+    for k in range(FIRST, BOX):
+        held[lane, k] = 0.0
+    for k in range(6):
+        held[lane, BOX + k] = C[0, 6 + k, lane]
+    if real.n_taut >= 3 and taylor(real, F, lane, desk):
+        reach = 0.0
+        for k in range(3):
+            total = 0.0
+            for a in range(3):
+                total += abs(held[lane, FIRST + 3 * a + k])
+            for a in range(6):
+                total += abs(held[lane, SECOND + 3 * a + k])
+            held[lane, RANGE + k] = total * (1.0 + 1e-14)
+            reach = max(reach, total)
+        widest = 0.0
+        for k in range(3):
+            widest = max(widest, C[0, 7 + 2 * k, lane] - C[0, 6 + 2 * k, lane])
+        if not reach < FARTHEST_SLOPE * widest:
+            for k in range(FIRST, BOX):
+                held[lane, k] = 0.0
+    for k in range(3):
+        c, far = held[lane, CENTRE + k], held[lane, RANGE + k]
+        C[0, 6 + 2 * k, lane] = -up(up(c - C[0, 6 + 2 * k, lane]) + far)
+        C[0, 7 + 2 * k, lane] = up(up(C[0, 7 + 2 * k, lane] - c) + far)
+    held[lane, FORMED] = 1.0
+
+
+@kernel()
+def back_to_box(C: LaneArray, lane: int, desk: Any) -> None:
+    """Turn the bounds of w of a lane's cell into bounds of its positions."""
+    held = desk.held
+    if held[lane, FORMED] == 0.0:
+        return
+    held[lane, FORMED] = 0.0
+    for k in range(3):
+        c, far = held[lane, CENTRE + k], held[lane, RANGE + k]
+        low = -up(up(far - C[0, 6 + 2 * k, lane]) - c)
+        high = up(up(C[0, 7 + 2 * k, lane] + far) + c)
+        C[0, 6 + 2 * k, lane] = max(held[lane, BOX + 2 * k], low)
+        C[0, 7 + 2 * k, lane] = min(held[lane, BOX + 2 * k + 1], high)
+        if C[0, 6 + 2 * k, lane] > C[0, 7 + 2 * k, lane]:
+            # Only by rounding where nothing is left: one point keeps the cell well formed.
+            C[0, 7 + 2 * k, lane] = C[0, 6 + 2 * k, lane]
+
+
+@kernel()
+def arm_part(real: Any, F: Forms, lane: int, i: int, k: int, column: int) -> float:
+    """Return a coefficient of (s R b_i)_k."""
+    total = 0.0
+    for j in range(3):
+        total += F[ROTATION + 3 * k + j, column, lane] * real.arms[i, j]
+    return total
+
+
+@kernel()
+def taylor(real: Any, F: Forms, lane: int, desk: Any) -> bool:
+    """Solve the spheres of three cables for the coefficients of p~; False where they do not fix it."""
+    held = desk.held
+    if not invert(desk.seen, real.triple, desk.inverse):
+        return False
+    # Monomials: eps_a, eps_a^2, eps_a eps_b; columns of a form with six symbols.
+    for a in range(3):
+        coefficient(real, F, lane, desk, FIRST + 3 * a, 1 + a, a, -1)
+    for a in range(3):
+        coefficient(real, F, lane, desk, SECOND + 3 * a, 7 + a, a, a)
+    for c in range(3):
+        a, b = (0, 1) if c == 0 else ((0, 2) if c == 1 else (1, 2))
+        coefficient(real, F, lane, desk, SECOND + 9 + 3 * c, 18 if c == 2 else 13 + c, a, b)
+    finite = True
+    for k in range(FIRST, RANGE):
+        finite = finite and math.isfinite(held[lane, k])
+    return finite
+
+
+@kernel()
+def coefficient(real: Any, F: Forms, lane: int, desk: Any, place: int, column: int, a: int, b: int) -> None:
+    """Write the coefficient of p~ in one monomial: eps_a where b < 0, else eps_a eps_b.
+
+    It solves s m + 2 v . s R b_i = 0 in that monomial, m = |v|^2 + |b|^2 - s_i^2 with v = p~ - T0_i, whose
+    value at the centre is about -2 v . R b_i.
+    """
+    held, inverse = desk.held, desk.inverse
+    s0, s_a, s_ab = F[SCALE, 0, lane], F[SCALE, 1 + a, lane], F[SCALE, column, lane]
+    for k in range(3):
+        held[lane, place + k] = 0.0
+    for j in range(3):
+        i = real.triple[j]
+        # Gradient of s m + 2 v . s R b by v: 2 (s v + s R b) = 2 s sigma a.
+        size = 2.0 * s0 * desk.seen[i, FREE]
+        m0, m_a, m_b, right = 0.0, 0.0, 0.0, 0.0
+        for k in range(3):
+            v = -desk.spots[i, TO_FOOT + k, lane]
+            m0 -= 2.0 * v * arm_part(real, F, lane, i, k, 0) / s0
+            right += 2.0 * v * arm_part(real, F, lane, i, k, column)
+            if b >= 0:
+                p_a, p_b = held[lane, FIRST + 3 * a + k], held[lane, FIRST + 3 * b + k]
+                m_a += 2.0 * v * p_a
+                m_b += 2.0 * v * p_b
+                if a == b:
+                    right += s0 * p_a * p_a + 2.0 * p_a * arm_part(real, F, lane, i, k, 1 + a)
+                else:
+                    right += 2.0 * s0 * p_a * p_b
+                    right += 2.0 * p_a * arm_part(real, F, lane, i, k, 1 + b)
+                    right += 2.0 * p_b * arm_part(real, F, lane, i, k, 1 + a)
+        if b < 0:
+            right += s_a * m0
+        elif a == b:
+            right += s_a * m_a + s_ab * m0
+        else:
+            right += s_a * m_b + F[SCALE, 1 + b, lane] * m_a
+        for k in range(3):
+            held[lane, place + k] -= inverse[k, j] * right / size
+    return
+
+
+@kernel()
+def position_rows(F: Forms, C: LaneArray, held: Any, S: Symbols) -> None:
+    """Write v = p~ - p_c + w to POSITION; w has the bounds in columns 6..11 of the cells."""
+    for k in range(3):
+        lo, hi = load(C, 0, 6 + 2 * k), load(C, 0, 7 + 2 * k)
+        middle = 0.5 * (lo + hi)
+        constant(F, POSITION + k, middle, splat(0.0), S)
+        above, below = hi - middle, middle - lo
+        radius = inflate_lanes(0.5 * (above + below) + 0.5 * abs(above - below), splat(0.0), 8.0)
+        store(F, POSITION + k, 1 + U_SYMBOLS + k, radius)
+        for lane in range(held.shape[0]):
+            for a in range(3):
+                F[POSITION + k, 1 + a, lane] = held[lane, FIRST + 3 * a + k]
+                F[POSITION + k, 7 + a, lane] = held[lane, SECOND + 3 * a + k]
+            for c in range(3):
+                F[POSITION + k, 18 if c == 2 else 13 + c, lane] = held[lane, SECOND + 9 + 3 * c + k]
+        close(F, POSITION + k, S)
+
+
+@kernel()
+def product_rows(F: Forms, S: Symbols) -> None:
+    """Write the products of position and rotation that all cables share."""
+    for k in range(3):
+        multiply(F, SCALED + k, SCALE, POSITION + k, 1.0, S)
+    dot3(F, SQUARED, POSITION, SCALED, S)
+    for j in range(3):
+        constant(F, INNER + j, splat(0.0), splat(0.0), S)
+        for k in range(3):
+            add_product(F, INNER + j, ROTATION + 3 * k + j, POSITION + k, 1.0, S)
+    for j in range(3):
+        for k in range(3):
+            a, b = (k + 1) % 3, (k + 2) % 3
+            multiply(F, OUTER + 3 * k + j, ROTATION + 3 * a + j, POSITION + b, 1.0, S)
+            add_product(F, OUTER + 3 * k + j, ROTATION + 3 * b + j, POSITION + a, -1.0, S)
+
+
+@kernel()
+def turned_arm(F: Forms, real: Any, i: int, S: Symbols) -> None:
+    """Write s R b_i to TURNED."""
+    b0, b1, b2 = splat(real.arms[i, 0]), splat(real.arms[i, 1]), splat(real.arms[i, 2])
+    for k in range(3):
+        combine3(F, TURNED + k, ROTATION + 3 * k, b0, b1, b2, splat(0.0), S)
+
+
+@kernel()
+def length_row(F: Forms, out: int, real: Any, i: int, spots: LaneArray, S: Symbols) -> None:
+    """Write s G_i to ``out``. Needs ``product_rows``; uses TURNED and SCRATCH + 1."""
+    y0, y1, y2 = load(spots, i, TO_FOOT), load(spots, i, TO_FOOT + 1), load(spots, i, TO_FOOT + 2)
+    b0, b1, b2 = splat(real.arms[i, 0]), splat(real.arms[i, 1]), splat(real.arms[i, 2])
+    turned_arm(F, real, i, S)
+    error = load(spots, i, LEVEL_ERROR) * largest(F, SCALE, S)
+    combine3(F, out, TURNED, -y0, -y1, -y2, inflate_lanes(error, splat(0.0), 4.0), S)
+    combine3(F, SCRATCH + 1, SCALED, -y0, -y1, -y2, splat(0.0), S)
+    add_scaled(F, out, SCRATCH + 1, splat(1.0), S)
+    combine3(F, SCRATCH + 1, INNER, b0, b1, b2, splat(0.0), S)
+    add_scaled(F, out, SCRATCH + 1, splat(1.0), S)
+    add_scaled(F, out, SQUARED, splat(0.5), S)
+    add_scaled(F, out, SCALE, load(spots, i, LEVEL), S)
+
+
+@kernel()
+def wrench_rows(F: Forms, real: Any, spots: LaneArray, S: Symbols) -> None:
+    """Write s w_i of the taut cables and s w_0. Needs ``product_rows``."""
+    size = 1.0 / real.size
+    zero, one = splat(0.0), splat(1.0)
+    most = largest(F, SCALE, S)
+    for i in range(real.n_taut):
+        w = WRENCH + DIMENSIONS * i
+        turned_arm(F, real, i, S)
+        off = most * load(spots, i, POINT_ERROR)
+        b0, b1, b2 = splat(real.arms[i, 0]), splat(real.arms[i, 1]), splat(real.arms[i, 2])
+        for k in range(3):
+            a, b = (k + 1) % 3, (k + 2) % 3
+            y, y_a, y_b = (
+                load(spots, i, TO_FOOT + k),
+                load(spots, i, TO_FOOT + a),
+                load(spots, i, TO_FOOT + b),
+            )
+            combine2(F, w + k, SCALE, y, SCALED + k, -one, S)
+            add_scaled(F, w + k, TURNED + k, -one, S)
+            widen(F, w + k, inflate_lanes(off, zero, 4.0), S)
+            # R b x (y - v)
+            combine3(F, w + 3 + k, OUTER + 3 * k, -b0, -b1, -b2, zero, S)
+            add_scaled(F, w + 3 + k, TURNED + a, y_b, S)
+            add_scaled(F, w + 3 + k, TURNED + b, -y_a, S)
+            widen(F, w + 3 + k, inflate_lanes(off * real.arm_lengths[i], zero, 4.0), S)
+            scale(F, w + 3 + k, w + 3 + k, splat(size), S)
+    for k in range(3):
+        scale(F, LOAD + k, SCALE, splat(real.load[k]), S)
+        widen(F, LOAD + k, inflate_lanes(most * real.load_err[k], zero, 4.0), S)
+        constant(F, LOAD + 3 + k, zero, zero, S)

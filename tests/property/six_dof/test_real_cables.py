@@ -1,0 +1,109 @@
+"""Platforms on pulleys: planted poses are kept by every cell and found, enclosures enclose."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from cdpr_interval.engine.budget import Budget
+from cdpr_interval.engine.search import search
+from cdpr_interval.mechanics.orientation import quaternion_from_rotation
+from cdpr_interval.mechanics.rotation import chart_of
+from solvers.six_dof.real.columns import DENSITIES, REAL_COLUMNS
+from solvers.six_dof.real.roots import RealRoot, rotation_of
+from solvers.six_dof.real.subset import RealSearch
+from solvers.six_dof.real.system import new_bench, system
+from tests.support.planted.pulleys import Floats, Planted, plant
+
+NEAR = 1e-9
+"""How far the planted pose may be from the exact one, by rounding."""
+
+
+def chart_and_u(planted: Planted) -> tuple[int, Floats]:
+    """Return where the planted rotation is."""
+    chart, u = chart_of(quaternion_from_rotation(planted.rotation))
+    return chart, np.array(u)
+
+
+def is_planted(planted: Planted, root: RealRoot) -> bool:
+    """Return True when a root is the planted pose."""
+    off = rotation_of(root.chart, root.box[:3].mean(axis=1)) - planted.rotation
+    away = root.box[3:6].mean(axis=1) - planted.position
+    return bool(np.abs(off).max() < 1e-6 and np.abs(away).max() < 1e-6)
+
+
+@pytest.mark.parametrize("count", [3, 4, 5, 6])
+@pytest.mark.parametrize("seed", range(5))
+def test_no_cell_loses_a_planted_pose(seed: int, count: int) -> None:
+    """Of any cell around a pose, however large, what the search leaves holds the pose."""
+    planted = plant(seed, count)
+    run = RealSearch(planted.real(), Budget())
+    chart, u = chart_and_u(planted)
+    rng = np.random.default_rng(seed)
+    for _ in range(12):
+        width = 10.0 ** rng.uniform(-4.0, -0.5)
+        in_position = width * 10.0 ** rng.uniform(-1.0, 1.0)
+        a, b = rng.random(3), rng.random(3)
+        cell = np.zeros((1, REAL_COLUMNS.width))
+        cell[0, 0:6:2], cell[0, 1:6:2] = u - width * a - NEAR, u + width * (1.0 - a) + NEAR
+        cell[0, 6:12:2] = planted.position - in_position * b - NEAR
+        cell[0, 7:12:2] = planted.position + in_position * (1.0 - b) + NEAR
+        cell[0, REAL_COLUMNS.chart] = chart
+        cell[0, DENSITIES + 1 : REAL_COLUMNS.share : 2] = np.inf
+        leaf = width / 2.0 ** rng.integers(0, 6)
+        result = search(lambda size=leaf: run.run(size), cell, Budget(None, 10_000))
+        left = np.concatenate([result.leaves, result.pending])
+        here = np.concatenate([u, planted.position])
+        inside = (left[:, 0:12:2] <= here + 2.0 * NEAR) & (here - 2.0 * NEAR <= left[:, 1:12:2])
+        assert inside.all(axis=1).any()
+
+
+@pytest.mark.parametrize(("seed", "count"), [(0, 3), (1, 4), (2, 5), (3, 6)])
+def test_a_planted_pose_is_found_or_the_search_not_finished(seed: int, count: int) -> None:
+    planted = plant(seed, count)
+    run = RealSearch(planted.real(), Budget(None, 200_000))
+    run.solve()
+    assert any(is_planted(planted, root) for root in run.roots) or run.pending or len(run.undecided)
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_the_system_over_a_box_encloses_it_at_every_point(seed: int) -> None:
+    """Lengths and balance by the paths in floats, written anew, lie in the bounds; so do slopes."""
+    planted = plant(seed, 4)
+    chart, u = chart_and_u(planted)
+    bench = new_bench(planted.real(), chart)
+    free = np.array(
+        [c.path(x)[2] for c, x in zip(planted.cables, anchors_at(planted, chart, u), strict=True)]
+    )
+    middle = np.concatenate([u, planted.position, planted.tensions / free])
+    rng = np.random.default_rng(seed)
+    for half in (1e-7, 1e-3, 2e-2):
+        spread = np.concatenate([np.full(6, half), np.full(4, 50.0 * half)])
+        box = np.stack([middle - spread, middle + spread], axis=1)
+        f, J = np.empty((10, 2)), np.empty((10, 10, 2))
+        assert system(bench, box, f, J, True)
+        for _ in range(20):
+            z = middle + spread * rng.uniform(-1.0, 1.0, 10)
+            value = equations(planted, chart, z)
+            assert ((f[:, 0] - 1e-10 <= value) & (value <= f[:, 1] + 1e-10)).all()
+            for j in range(10):
+                step = np.zeros(10)
+                step[j] = 1e-6
+                slope = (equations(planted, chart, z + step) - equations(planted, chart, z - step)) / 2e-6
+                assert ((J[:, j, 0] - 1e-6 <= slope) & (slope <= J[:, j, 1] + 1e-6)).all()
+
+
+def anchors_at(planted: Planted, chart: int, u: Floats) -> Floats:
+    """Return the anchors (N, 3) of a pose at the planted position."""
+    return planted.position + planted.arms @ rotation_of(chart, u).T
+
+
+def equations(planted: Planted, chart: int, z: Floats) -> Floats:
+    """Return what is to vanish, in floats."""
+    rotation = rotation_of(chart, z[:3])
+    arms = planted.arms @ rotation.T
+    seen = [c.path(z[3:6] + r) for c, r in zip(planted.cables, arms, strict=True)]
+    lengths = [length - own for (length, _, _), own in zip(seen, planted.lengths, strict=True)]
+    spokes = np.array([-free * a for _, a, free in seen])
+    force = z[6:] @ spokes + planted.load
+    return np.concatenate([lengths, force, z[6:] @ np.cross(arms, spokes)])

@@ -1,0 +1,135 @@
+"""Platforms on pulleys with planted equilibria, and their cables' paths in plain floats, written anew."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from solvers.six_dof.real.build import RealCable, build
+from solvers.six_dof.real.model import RealModel
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class FloatCable:
+    """A cable over a pulley (radius 0: straight), SI units."""
+
+    exit: Floats
+    axis: Floats
+    radius: float
+    arm: float
+    lead_in: float
+
+    def path(self, x: Floats) -> tuple[float, Floats, float]:
+        """Return length, direction and free length to an anchor."""
+        g = x - self.exit
+        if self.radius == 0.0:
+            away = float(np.linalg.norm(g))
+            return away, g / away, away
+        k = self.axis / np.linalg.norm(self.axis)
+        y = float(g @ k)
+        across = g - y * k
+        side = float(np.linalg.norm(across))
+        u = across / side
+        rho = np.hypot(side - self.arm, y)
+        free = float(np.sqrt(rho**2 - self.radius**2))
+        psi = np.arctan2(y, side - self.arm) + np.arccos(self.radius / rho)
+        start = np.hypot(self.arm, self.lead_in)
+        before = np.sqrt(max(start**2 - self.radius**2, 0.0))
+        theta = np.pi + np.arctan2(self.lead_in, self.arm) - np.arccos(min(self.radius / start, 1.0))
+        length = float(before + self.radius * (theta - psi) + free)
+        return length, np.sin(psi) * u - np.cos(psi) * k, free
+
+
+@dataclass(frozen=True)
+class Planted:
+    """A platform in equilibrium, seen from its centre of mass."""
+
+    cables: tuple[FloatCable, ...]
+    arms: Floats
+    load: Floats
+    lengths: Floats
+    position: Floats
+    rotation: Floats
+    tensions: Floats
+
+    def real(self) -> RealModel:
+        """Return its arrays, all cables taut."""
+        return build(
+            [
+                RealCable(
+                    _exact(cable.exit),
+                    _exact(arm),
+                    (Fraction(float(length)),) * 2,
+                    Fraction(cable.radius),
+                    Fraction(cable.arm),
+                    _exact(cable.axis),
+                    Fraction(cable.lead_in),
+                )
+                for cable, arm, length in zip(self.cables, self.arms, self.lengths, strict=True)
+            ],
+            _exact(self.load),
+            len(self.cables),
+        )
+
+
+def _exact(v: Any) -> tuple[Fraction, Fraction, Fraction]:
+    x, y, z = (Fraction(float(x)) for x in v)
+    return x, y, z
+
+
+def turned(v: Floats) -> Floats:
+    """Return the rotation about a vector by its length."""
+    angle = float(np.linalg.norm(v))
+    x, y, z = v / angle
+    k = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    return np.asarray(np.eye(3) + np.sin(angle) * k + (1.0 - np.cos(angle)) * k @ k)
+
+
+def random_cable(rng: np.random.Generator, angle: float) -> FloatCable:
+    """Return a cable from a frame of radius 1.5 m; the rope arrives from outside, along it or up."""
+    out = np.array([np.cos(angle), np.sin(angle), 0.0])
+    axes = (out, np.array([out[1], -out[0], 0.0]), np.array([0.0, 0.0, 1.0]))
+    axis = axes[rng.integers(3)] + 0.1 * rng.normal(size=3)
+    radius = float(rng.choice([0.0, 0.02, 0.04, 0.06]))
+    arm = radius * float(rng.choice([1.0, 1.5]))
+    lead_in = 0.0 if radius == 0.0 or rng.random() < 0.5 else 0.3
+    return FloatCable(1.5 * out + [0.0, 0.0, 2.0 + 0.2 * rng.normal()], axis, radius, arm, lead_in)
+
+
+def plant(seed: int, count: int) -> Planted:
+    """Return a platform whose cables balance its load: one tension is chosen so that the rest is a force."""
+    rng = np.random.default_rng(seed)
+    while True:
+        angles = 2.0 * np.pi * (np.arange(count) + 0.15 * rng.normal(size=count)) / count
+        cables = tuple(random_cable(rng, angle) for angle in angles)
+        position, rotation = 0.4 * rng.uniform(-1, 1, 3) + [0.0, 0.0, 0.7], turned(0.4 * rng.normal(size=3))
+        turn = 2.0 * np.pi * (np.arange(count) + 0.2 * rng.normal(size=count)) / count
+        local = np.stack([0.25 * np.cos(turn), 0.25 * np.sin(turn), 0.1 + 0.15 * rng.normal(size=count)], 1)
+        anchors = position + local @ rotation.T
+        seen = [cable.path(x) for cable, x in zip(cables, anchors, strict=True)]
+        pulls = -np.array([direction for _, direction, _ in seen])
+        moments = np.cross(anchors, pulls)
+        tensions = rng.uniform(5.0, 30.0, count)
+        # (F0 + x f) . (M0 + x m) = 0: then the wrench is a force alone.
+        first = tensions.copy()
+        first[0] = 0.0
+        force, moment = first @ pulls, first @ moments
+        roots = np.roots([pulls[0] @ moments[0], force @ moments[0] + moment @ pulls[0], force @ moment])
+        good = [float(x.real) for x in roots if abs(x.imag) < 1e-12 and 1.0 < x.real < 60.0]
+        if not good:
+            continue
+        tensions[0] = good[0]
+        force, moment = tensions @ pulls, tensions @ moments
+        centre = np.cross(force, moment) / (force @ force)
+        along = force / np.linalg.norm(force)
+        centre = centre + along * ((anchors.mean(axis=0) - centre) @ along)
+        if np.linalg.norm(centre - anchors.mean(axis=0)) < 0.4:
+            arms = (anchors - centre) @ rotation
+            lengths = np.array([length for length, _, _ in seen])
+            return Planted(cables, arms, -force, lengths, centre, rotation, tensions)

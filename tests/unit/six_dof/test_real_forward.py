@@ -1,0 +1,157 @@
+"""Platforms on pulleys through forward kinematics: two robots of the literature, families, refusals."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from cdpr_interval.errors import CdprError, NotSupportedError
+from cdpr_interval.robots.cable_robot import Robot
+from solvers import Outcome, forward_kinematics
+from solvers.answers.data import Stability
+
+IRMA_LENGTHS = ["1.6463246530", "1.0786153083", "1.6421042936", "2.0556154675"]
+
+
+def irma4u(**pulley: Any) -> Robot:
+    """Return IRMA4U: four cables over pulleys of 3 cm (numbers of its published calibration)."""
+    corners = [
+        ("1.065", "-1.155", 1),
+        ("1.066", "1.155", 1),
+        ("-1.066", "1.155", -1),
+        ("-1.065", "-1.155", -1),
+    ]
+    anchors = [("0.075", "-0.075"), ("0.075", "0.075"), ("-0.075", "0.075"), ("-0.075", "-0.075")]
+    return Robot.from_dict(
+        {
+            "format": "cdpr-robot/1",
+            "name": "irma4u",
+            "gravity_m_s2": [0, 0, "-9.80665"],
+            "platform": {"mass_kg": "12.992", "centre_of_mass_m": [0, 0, "0.173"]},
+            "cables": [
+                {
+                    "name": f"c{i + 1}",
+                    "frame_anchor_m": [x, y, "1.839"],
+                    "platform_anchor_m": [*anchors[i], "0.266"],
+                    "pulley": {"joints": 1, "radius_m": "0.03", "axis": [k, 0, 0], **pulley},
+                }
+                for i, (x, y, k) in enumerate(corners)
+            ],
+        }
+    )
+
+
+def grab_33() -> Robot:
+    """Return GRAB_33: three cables over pulleys (numbers of its published test case)."""
+    exits = [
+        ("-0.96454", "0.02418", "0.78008"),
+        ("1.14503", "1.18777", "0.76763"),
+        ("-0.96692", "2.33711", "0.74320"),
+    ]
+    anchors = [
+        ("-0.15043", "-0.23664", "0.26168"),
+        ("0.25829", "-0.00158", "0.26145"),
+        ("-0.15069", "0.23810", "0.26141"),
+    ]
+    axes, radii = [[-1, 0, 0], [0, -1, 0], [-1, 0, 0]], ["0.01704", "0.02341", "0.01527"]
+    return Robot.from_dict(
+        {
+            "format": "cdpr-robot/1",
+            "name": "grab_33",
+            "gravity_m_s2": ["0.069223", "-0.153450", "-9.803682"],
+            "platform": {"mass_kg": "8.0064", "centre_of_mass_m": ["-0.01425", "-0.00172", "0.17325"]},
+            "cables": [
+                {
+                    "name": f"c{i + 1}",
+                    "frame_anchor_m": list(exits[i]),
+                    "platform_anchor_m": list(anchors[i]),
+                    "pulley": {"joints": 1, "radius_m": radii[i], "axis": axes[i]},
+                }
+                for i in range(3)
+            ],
+        }
+    )
+
+
+def test_the_planted_pose_of_irma4u_is_the_only_one() -> None:
+    """All fifteen subsets; lengths and tensions of the pose reproduce what was planted."""
+    result = forward_kinematics(irma4u(), IRMA_LENGTHS)
+    assert result.outcome is Outcome.COMPLETE and len(result.subsets) == 15
+    (pose,) = result.solutions
+    assert pose.taut == (0, 1, 2, 3) and pose.stability is Stability.STABLE
+    assert np.allclose(pose.nominal.position, (0.380319, 0.375357, 1.189340), atol=2e-6)
+    assert np.allclose(pose.distances.mean(axis=1), [float(x) for x in IRMA_LENGTHS], atol=1e-9)
+    weight = 12.992 * 9.80665
+    assert weight < pose.tensions.sum()
+    assert result.statistics.cells < 200_000
+
+
+def test_the_homing_pose_of_grab_33_is_the_stable_one_of_seven() -> None:
+    result = forward_kinematics(grab_33(), ["1.54832", "1.64748", "1.53246"], taut=(0, 1, 2))
+    assert result.outcome is Outcome.COMPLETE and len(result.solutions) == 7
+    (stable,) = (pose for pose in result.solutions if pose.stability is Stability.STABLE)
+    assert np.allclose(stable.nominal.position, (-0.309944, 1.170309, -0.606982), atol=2e-5)
+    assert np.allclose(stable.tensions.mean(axis=1), (37.1, 35.6, 38.1), atol=0.1)
+
+
+def test_a_platform_that_may_turn_is_a_region() -> None:
+    """One cable holds it, the others are long: a family, and nothing is claimed of it."""
+    result = forward_kinematics(irma4u(), [1, 4, 4, 4], taut=(0,))
+    assert result.outcome is Outcome.INCOMPLETE and not result.solutions
+    (region,) = result.undecided
+    assert "family" in region.reason
+    # The centre of mass hangs below the first pulley, by rope and arm.
+    assert region.position[2, 0] < 1.839 - 1.0 + 0.266 < region.position[2, 1] + 1.0
+
+
+def test_two_long_cables_leave_two_poses() -> None:
+    result = forward_kinematics(irma4u(), ["1.6", 4, "1.6", 4], taut=(0, 2))
+    assert result.outcome is Outcome.COMPLETE
+    assert [pose.stability for pose in result.solutions] == [Stability.STABLE, Stability.UNSTABLE]
+
+
+def test_a_pulley_without_a_radius_is_an_exit_point_behind_its_lead_in() -> None:
+    """Ropes that are longer by what lies before the exit point have the poses of straight ones."""
+    pulleys = forward_kinematics(
+        irma4u(radius_m=0, lead_in_m="0.5"), ["2.2", "2.3", "2.2", "2.3"], taut=(0, 2)
+    )
+    plain = Robot.from_dict(
+        {
+            **irma4u().to_dict(),
+            "cables": [
+                {key: value for key, value in cable.items() if key != "pulley"}
+                for cable in irma4u().to_dict()["cables"]
+            ],
+        }
+    )
+    straight = forward_kinematics(plain, ["1.7", "1.8", "1.7", "1.8"], taut=(0, 2))
+    assert pulleys.outcome is straight.outcome is Outcome.COMPLETE
+    assert len(pulleys.solutions) == len(straight.solutions)
+    for one, other in zip(pulleys.solutions, straight.solutions, strict=True):
+        assert np.allclose(one.nominal.position, other.nominal.position, atol=1e-7)
+        assert np.allclose(one.tensions, other.tensions, rtol=1e-6)
+        assert one.stability is other.stability
+
+
+@pytest.mark.parametrize(
+    ("pulley", "text"),
+    [
+        ({"joints": 2, "lead_in_m": 1}, "two joints"),
+        ({"radius_m": [0.02, 0.03]}, "uncertain scalars"),
+    ],
+)
+def test_what_is_refused_by_name(pulley: dict[str, Any], text: str) -> None:
+    with pytest.raises(NotSupportedError, match=text):
+        forward_kinematics(irma4u(**pulley), IRMA_LENGTHS)
+
+
+def test_a_budget_ends_as_pending() -> None:
+    result = forward_kinematics(irma4u(), IRMA_LENGTHS, cell_limit=500)
+    assert result.outcome is Outcome.INCOMPLETE and result.pending
+
+
+def test_legs_that_push_are_straight() -> None:
+    with pytest.raises(CdprError):
+        forward_kinematics(irma4u(), IRMA_LENGTHS, ignore_tension_sign=True)
