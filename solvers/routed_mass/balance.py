@@ -37,10 +37,13 @@ from cdpr_interval.kernels.kernel import entry, kernel
 from cdpr_interval.mechanics.cables.ways import (
     ALONG,
     BISECTED,
+    CUT,
+    FIXED,
     FREE,
     KIND,
     LENGTH,
     WAY,
+    WRAP,
     gradient_over,
     turning_over,
     way_over,
@@ -113,8 +116,32 @@ def put(way: Any, tlo: float, thi: float, out: Any) -> None:
 
 
 @kernel()
+def smooth(way: Any) -> bool:
+    """Return True when a way (WAY, 2) ends outside its pulley everywhere and its length has no jump.
+
+    It has one where the angle at which the rope leaves is cut, by a turn around the pulley.
+    """
+    return way[FREE, 0] > 0.0 and way[WRAP, 1] - way[WRAP, 0] < CUT
+
+
+@kernel()
+def is_off(route: Any, way: Any) -> bool:
+    """Return True when all of a box with this way (WAY, 2) lies outside of its pulley, if it has one."""
+    return route[KIND, 0] == FIXED or way[FREE, 0] > 0.0
+
+
+@kernel()
+def off_pulleys(data: Any, ways: Any) -> bool:
+    """Return True when all of a box with these ways (N, WAY, 2) lies outside of every pulley."""
+    for i in range(ways.shape[0]):  # noqa: SIM110 - numba compiles no generator expressions
+        if not is_off(data[0][i], ways[i]):
+            return False
+    return True
+
+
+@kernel()
 def jacobian(data: Any, taut: Any, box: Any, J: Any) -> bool:
-    """Enclose the generalised Jacobians J (n, n, 2) over a box; False where a way may end in a pulley."""
+    """Enclose the generalised Jacobians J (n, n, 2) over a box; False where a loaded way is not `smooth`."""
     routes, elastic, _, k, _ = data
     ways, gradients = np.empty((routes.shape[0], WAY, 2)), np.empty((routes.shape[0], 3, 2))
     turning = np.empty((3, 3, 2))
@@ -128,7 +155,7 @@ def jacobian(data: Any, taut: Any, box: Any, J: Any) -> bool:
         tlo, thi, wlo, whi = pull(data, i, ways[i])
         if whi == 0.0:
             continue
-        if not ways[i, FREE, 0] > 0.0:
+        if not smooth(ways[i]):
             return False
         turning_over(routes[i], ways[i], turning)
         klo, khi = mul(k[i, 0], k[i, 1], wlo, whi)
@@ -144,7 +171,7 @@ def jacobian(data: Any, taut: Any, box: Any, J: Any) -> bool:
         bend(turning, tlo, thi, J)
     for c in range(n - 3):
         i = taut[c]
-        if not ways[i, FREE, 0] > 0.0:
+        if not smooth(ways[i]):
             return False
         turning_over(routes[i], ways[i], turning)
         bend(turning, box[3 + c, 0], box[3 + c, 1], J)

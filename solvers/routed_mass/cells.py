@@ -7,8 +7,9 @@ length wherever x > arm + radius. So all poses at which every cable is straight 
 minima of one convex function, on the same set of reach: where one of them is isolated there is no other. What
 is left to search are the cylinders x <= arm + radius around the swivel axes. A cable that is slack by a
 margin wider than any way around its pulley counts as one with x > arm + radius. None of this holds with the
-bisector, whose direction is no gradient, and where no such pose is known: then all that is in reach is
-searched.
+bisector, whose direction is no gradient; with two joints where the rope starts so near to A that the pulley
+can hang over its start, which leaves points without a way; and where no such pose is known. Then all that is
+in reach is searched.
 
 A cell is a row ``x lo, x hi, y lo, y hi, z lo, z hi, share``.
 
@@ -37,6 +38,7 @@ from cdpr_interval.mechanics.cables.ways import (
     ALONG,
     ARM,
     AXIS,
+    BALANCED,
     BISECTED,
     EXIT,
     FIXED,
@@ -123,12 +125,20 @@ def hangs_loose(route: Any, length: Any, box: Any) -> bool:
 
 
 @kernel()
+def is_beyond(data: Any, i: int, box: Any, way: Any) -> bool:
+    """Return what `all_beyond` does of one cable with this way (WAY, 2)."""
+    route = data[0][i]
+    if route[KIND, 0] == BALANCED and not route[LEAD_IN, 0] > up(route[ARM, 1] + route[RADIUS, 1]):
+        return False
+    loose = route[KIND, 0] != BISECTED and hangs_loose(route, data[2][i], box)
+    return loose or beyond(route, way)
+
+
+@kernel()
 def all_beyond(data: Any, box: Any, ways: Any) -> bool:
     """Return True when every cable is straight, leaves outward or hangs loose on the whole box."""
-    routes, _, lengths, _, _ = data
-    for i in range(routes.shape[0]):
-        loose = routes[i, KIND, 0] != BISECTED and hangs_loose(routes[i], lengths[i], box)
-        if not loose and not beyond(routes[i], ways[i]):
+    for i in range(ways.shape[0]):  # noqa: SIM110 - numba compiles no generator expressions
+        if not is_beyond(data, i, box, ways[i]):
             return False
     return True
 
@@ -457,9 +467,9 @@ def across(e: Any, route: Any, box: Any) -> float:
 def under_exits(data: Any, box: Any) -> bool:
     """Contract a box (3, 2) to where cables can hold the load; False where they can nowhere.
 
-    With e along the load: a pose lies below some tangent point, else all cables pull down. Lower below all of
-    them than it is aside of any, every cable bears at most sqrt(2) times the load, and reaches no farther
-    than stretched by that.
+    With e along the load, against which no load in its ranges may pull: a pose lies below some tangent point,
+    else all cables pull down. Lower below all of them than it is aside of any, every cable bears at most
+    sqrt(2) times the load, and reaches no farther than stretched by that.
     """
     routes, _, lengths, k, load = data
     count = routes.shape[0]
@@ -471,6 +481,11 @@ def under_exits(data: Any, box: Any) -> bool:
     for j in range(3):
         e[j] /= size
     top, bottom, aside, reached = math.inf, -math.inf, 0.0, math.inf
+    down_load = 0.0
+    for j in range(3):
+        down_load = down(down_load + mul(e[j], e[j], load[j, 0], load[j, 1])[0])
+    if not down_load > 0.0:
+        return True
     for i in range(count):
         own = up(1.001 * up(routes[i, ARM, 1] + routes[i, RADIUS, 1]))
         alo, ahi = 0.0, 0.0

@@ -16,8 +16,8 @@ from cdpr_interval.mechanics.cables.ways import LENGTH, WAY
 from solvers.point_mass.cell_rows import WIDTH
 from solvers.point_mass.fields import OPEN, SLACK, TAUT
 from solvers.point_mass.one_call import DECIDED, UNCLEAR, anywhere
-from solvers.routed_mass.balance import prove_balance, pull, survey
-from solvers.routed_mass.cells import all_beyond, first_cells, run_cells
+from solvers.routed_mass.balance import is_off, off_pulleys, prove_balance, pull, survey
+from solvers.routed_mass.cells import all_beyond, first_cells, is_beyond, run_cells
 from solvers.routed_mass.guess import guess
 
 AMONG_OTHERS = 3
@@ -49,12 +49,13 @@ def springs_of(elastic: Any, constant: Any, given: Any, lengths: Any) -> Any:
 def classify(data: Any, taut: Any, m: int, box: Any, states: Any, tension: Any, distance: Any) -> bool:
     """Decide the states (N,) of cables at a zero (3 + m, 2), with tensions and lengths of ways (N, 2).
 
-    False: an inextensible cable that is to carry may not, or one that is to be slack may be too short.
+    False: an inextensible cable that is to carry may not, one that is to be slack may be too short, or the
+    zero may lie inside the pulley of a slack cable.
     """
     _, elastic, lengths, _, _ = data
     count = states.shape[0]
     ways, gradients = np.empty((count, WAY, 2)), np.empty((count, 3, 2))
-    if not survey(data, box, ways, gradients):
+    if not survey(data, box, ways, gradients) or not off_pulleys(data, ways):
         return False
     held = True
     for i in range(count):
@@ -114,6 +115,19 @@ def is_outward(data: Any, box: Any) -> bool:
     return leaves_outward(data, box)
 
 
+@entry()
+def others_outward(data: Any, box: Any, cable: int) -> bool:
+    """Return what `leaves_outward` does of all cables but one."""
+    count = data[1].shape[0]
+    ways, gradients = np.empty((count, WAY, 2)), np.empty((count, 3, 2))
+    if not survey(data, box, ways, gradients):
+        return False
+    for i in range(count):  # noqa: SIM110 - numba compiles no generator expressions
+        if i != cable and not is_beyond(data, i, box, ways[i]):
+            return False
+    return True
+
+
 @kernel()
 def only_one(data: Any, taut: Any, box: Any, domain: Any) -> bool:
     """Prove that the pose in a box (3 + m, 2), alone in its domain, with m taut cables, is the only one."""
@@ -139,11 +153,19 @@ def ways_at(data: Any, box: Any, distance: Any) -> bool:
 
 @entry()
 def slack_around(data: Any, box: Any, cable: int, distance: Any) -> bool:
-    """Return True when all cables but one are slack on a box (3, 2); lengths of ways (N, 2) are written."""
-    if not ways_at(data, box, distance):
+    """Return True when all cables but one are slack on a box (3, 2) outside of their pulleys.
+
+    Lengths of ways (N, 2) are written.
+    """
+    count = data[1].shape[0]
+    ways, gradients = np.empty((count, WAY, 2)), np.empty((count, 3, 2))
+    if not survey(data, box, ways, gradients):
         return False
-    for i in range(distance.shape[0]):  # noqa: SIM110 - numba compiles no generator expressions
-        if i != cable and not distance[i, 1] < data[2][i, 0]:
+    for i in range(count):
+        distance[i, 0], distance[i, 1] = ways[i, LENGTH, 0], ways[i, LENGTH, 1]
+        if i == cable:
+            continue
+        if not distance[i, 1] < data[2][i, 0] or not is_off(data[0][i], ways[i]):
             return False
     return True
 

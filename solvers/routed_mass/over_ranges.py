@@ -12,7 +12,16 @@ from solvers.point_mass.arrays import is_range
 from solvers.point_mass.entry import Fields, hull, unpacked
 from solvers.point_mass.one_call import DECIDED
 from solvers.routed_mass.data import RoutedMass
-from solvers.routed_mass.pose import Effort, Found, find_poses, noted, quick_pose
+from solvers.routed_mass.pose import (
+    Effort,
+    Found,
+    data_for,
+    find_poses,
+    hangs_outward,
+    noted,
+    quick_pose,
+    stability_of,
+)
 
 VAGUE = 0.02
 """Share of the load up to which its range is not cut: tensions are proved within it."""
@@ -28,7 +37,12 @@ def find_all(mass: RoutedMass, lengths: Bounds, effort: Effort) -> Found:
     parts = _parts(mass, lengths) if is_range(lengths) or _share(mass) > 0.0 else None
     if parts is None:
         return find_poses(mass, lengths, effort)
-    return Found((noted(hull(parts), mass),), (Stability.STABLE,))
+    looked = [(part, data_for(part, piece), fields) for part, piece, fields in parts]
+    outward = all(hangs_outward(*one) for one in looked)
+    stable = all(stability_of(*one) is Stability.STABLE for one in looked)
+    whole = noted(hull([fields for _, _, fields in parts]), mass)
+    stability = Stability.STABLE if stable else Stability.UNDECIDED
+    return Found((whole,), (stability,), by_convexity=outward)
 
 
 def _share(mass: RoutedMass) -> float:
@@ -37,16 +51,16 @@ def _share(mass: RoutedMass) -> float:
     return width if width > 1e-12 else 0.0
 
 
-def _parts(mass: RoutedMass, lengths: Bounds) -> list[Fields] | None:
-    """Return the only pose of each part of the ranges; None where a part is not proved."""
-    todo, found = [(mass, lengths)], list[Fields]()
+def _parts(mass: RoutedMass, lengths: Bounds) -> list[tuple[RoutedMass, Bounds, Fields]] | None:
+    """Return the parts of the ranges, each with its only pose; None where a part is not proved."""
+    todo, found = [(mass, lengths)], list[tuple[RoutedMass, Bounds, Fields]]()
     used = 0
     while todo:
         part, piece = todo.pop()
         status, bounds, states = quick_pose(part, piece)
         used += 1
         if status == DECIDED:
-            found.append(unpacked(bounds, states))
+            found.append((part, piece, unpacked(bounds, states)))
             continue
         halves = _halved(part, piece)
         if used + len(todo) >= PIECES or not halves:

@@ -30,12 +30,13 @@ from solvers.routed_mass.one_call import (
     data_of,
     fill,
     is_outward,
+    others_outward,
     routed_pose,
     slack_around,
     strength,
     ways_at,
 )
-from solvers.routed_mass.tied import prove_tied, tied_tensions
+from solvers.routed_mass.tied import prove_tied, strict_minimum, tied_tensions
 
 States = NDArray[np.int64]
 FINER = 0.125
@@ -110,6 +111,20 @@ def quick_pose(mass: RoutedMass, lengths: Bounds) -> tuple[int, Bounds, States]:
     return status, bounds, states
 
 
+@dataclass(frozen=True, eq=False)
+class _Zero:
+    """A zero of the equations as far as positions tell, in the kernels' units."""
+
+    box: Bounds
+    """(3, 2)"""
+    domain: Bounds
+    """(3, 2), in which it is the only one."""
+
+    def is_same(self, other: _Zero) -> bool:
+        """Return True when both are proved to be one."""
+        return _contains(self.domain, other.box) or _contains(other.domain, self.box)
+
+
 @dataclass
 class _Hunt:
     """The search for poses in what no proof covers."""
@@ -127,10 +142,10 @@ class _Hunt:
     """The cells that are pending."""
     stop: Stop = Stop.EXHAUSTED
     poses: list[Fields] = field(default_factory=list)
-    boxes: list[Bounds] = field(default_factory=list)
-    """Of the poses that are known, (3, 2) each in the kernels' units."""
     stability: list[Stability] = field(default_factory=list)
     regions: list[Bounds] = field(default_factory=list)
+    zeros: list[_Zero] = field(default_factory=list)
+    """Of the poses that are proved, `first` included."""
 
     def run(self, first: tuple[Any, ...]) -> None:
         """Look at everything that may hold a pose, finer and finer.
@@ -143,7 +158,7 @@ class _Hunt:
         while len(cells):
             leaves = self._search(cells, first, smallest)
             if self.pending:
-                self._give_up()
+                self._give_up(np.concatenate([self.rest, leaves]))
                 return
             smallest *= FINER
             cells = np.empty((0, WIDTH))
@@ -155,10 +170,11 @@ class _Hunt:
                 else:
                     cells = np.concatenate([cells, cluster])
 
-    def _give_up(self) -> None:
-        """Keep what is pending as regions, unless the question has set the limit."""
+    def _give_up(self, left: NDArray[np.float64]) -> None:
+        """Keep the cells that are left as regions, unless the question has set the limit."""
+        self.pending = len(left)
         if self.own_limit and self.stop is Stop.CELL_LIMIT:
-            self.regions += [_hull(cluster) for cluster in _clusters(self.rest)]
+            self.regions += [_hull(cluster) for cluster in _clusters(left) if not self._proved(cluster)]
             self.pending, self.stop = 0, Stop.EXHAUSTED
 
     def _search(self, cells: NDArray[np.float64], first: tuple[Any, ...], smallest: float) -> Bounds:
@@ -184,23 +200,24 @@ class _Hunt:
         taut = np.empty(1, dtype=np.int64)
         if not prove_balance(self.data, taut, x, cover, box, domain):
             return False
-        if any(_within(known, domain) for known in self.boxes):
+        zero = _Zero(box, domain)
+        if any(zero.is_same(other) for other in self.zeros):
             return True
         fields = fields_at(self.mass, self.data, taut[:0], box)
-        if fields is None or not all(_apart(known, box) for known in self.boxes):
+        if fields is None or not all(_apart(box, other.box) for other in self.zeros):
             return False
+        self.zeros.append(zero)
         self.poses.append(fields)
-        self.boxes.append(box)
-        self.stability.append(Stability.STABLE if is_outward(self.data, box) else Stability.UNDECIDED)
+        self.stability.append(stability_of(self.mass, self.data, fields))
         return True
-
-
-def _within(a: Bounds, b: Bounds) -> bool:
-    return bool((b[:, 0] <= a[:, 0]).all() and (a[:, 1] <= b[:, 1]).all())
 
 
 def _apart(a: Bounds, b: Bounds) -> bool:
     return bool((a[:, 0] > b[:, 1]).any() or (b[:, 0] > a[:, 1]).any())
+
+
+def _contains(outer: Bounds, inner: Bounds) -> bool:
+    return bool((outer[:, 0] <= inner[:, 0]).all() and (inner[:, 1] <= outer[:, 1]).all())
 
 
 def _hull(cells: NDArray[np.float64]) -> Bounds:
@@ -211,6 +228,12 @@ def _hull(cells: NDArray[np.float64]) -> Bounds:
 def _clusters(cells: NDArray[np.float64]) -> list[NDArray[np.float64]]:
     """Return cells that touch each other together."""
     low, high = cells[:, 0:6:2], cells[:, 1:6:2]
+    # In the order of their low sides along x, those that may touch one follow from a place on.
+    order = np.argsort(low[:, 0], kind="stable")
+    cells, low, high = cells[order], low[order], high[order]
+    widest = float((high[:, 0] - low[:, 0]).max(initial=0.0)) * (1.0 + 1e-9) + 1e-300
+    starts = np.searchsorted(low[:, 0], low[:, 0] - widest * 1.001, side="left")
+    ends = np.searchsorted(low[:, 0], high[:, 0], side="right")
     left, found = np.ones(len(cells), dtype=np.bool_), []
     for start in range(len(cells)):
         if not left[start]:
@@ -219,7 +242,9 @@ def _clusters(cells: NDArray[np.float64]) -> list[NDArray[np.float64]]:
         left[start] = False
         while front:
             here = front.pop()
-            near = np.flatnonzero(left & (low <= high[here]).all(axis=1) & (low[here] <= high).all(axis=1))
+            part = slice(int(starts[here]), int(ends[here]))
+            touching = (low[part] <= high[here]).all(axis=1) & (low[here] <= high[part]).all(axis=1)
+            near = np.flatnonzero(left[part] & touching) + part.start
             left[near] = False
             group += near.tolist()
             front += near.tolist()
@@ -273,22 +298,44 @@ def find_poses(mass: RoutedMass, lengths: Bounds, effort: Effort) -> Found:
     family), their fields enclose it, and every further one lies in a region or in what is pending.
     """
     status, bounds, states = quick_pose(mass, lengths)
-    if status == DECIDED:
-        return Found((noted(unpacked(bounds, states), mass),), (Stability.STABLE,))
     data = data_for(mass, lengths)
+    if status == DECIDED:
+        fields = noted(unpacked(bounds, states), mass)
+        outward = hangs_outward(mass, data, fields)
+        return Found((fields,), (stability_of(mass, data, fields),), by_convexity=outward)
     hunt = _Hunt(mass, data, effort.budget, effort.threads, effort.report, effort.own_limit)
     circle = _circle(mass, data) if status != AMONG_OTHERS else None
     if circle is not None:
         return _on_circle(hunt, circle)
-    first, box, (outward, taut, known) = _first(mass, data, status == AMONG_OTHERS)
-    if first is not None:
-        hunt.boxes.append(box)
-    hunt.run((outward, taut, known, -1))
-    poses = ([first] if first is not None else []) + hunt.poses
-    stability = ([Stability.STABLE if outward else Stability.UNDECIDED] if first is not None else []) + (
-        hunt.stability
-    )
+    first = _first(mass, data, status == AMONG_OTHERS)
+    if first.zero is not None:
+        hunt.zeros.append(first.zero)
+    hunt.run((first.outward, first.taut, first.known, -1))
+    poses, stability = hunt.poses, hunt.stability
+    if first.fields is not None:
+        own = Stability.STABLE if first.outward else stability_of(mass, data, first.fields)
+        poses, stability = [first.fields, *poses], [own, *stability]
     return _found(hunt, poses, stability)
+
+
+def hangs_outward(mass: RoutedMass, data: Routed, fields: Fields) -> bool:
+    """Return True when every cable is straight, leaves outward or hangs loose at a pose."""
+    return bool(is_outward(data, _in_units(mass, fields.position)))
+
+
+def stability_of(mass: RoutedMass, data: Routed, fields: Fields) -> Stability:
+    """Return STABLE where a pose is proved to be a strict minimum of the energy."""
+    stable = hangs_outward(mass, data, fields) or strict_minimum(
+        data, _in_units(mass, fields.position), np.ascontiguousarray(fields.tensions / mass.frame[1, 0])
+    )
+    return Stability.STABLE if stable else Stability.UNDECIDED
+
+
+def _in_units(mass: RoutedMass, position: Bounds) -> Bounds:
+    """Return positions of the platform's origin in m, (3, 2), as anchors in the kernels' units, outward."""
+    lo = np.nextafter(position[:, 0] - mass.frame[2:5, 1], -np.inf) / mass.unit
+    hi = np.nextafter(position[:, 1] - mass.frame[2:5, 0], np.inf) / mass.unit
+    return np.ascontiguousarray(np.stack([lo, hi], axis=1))
 
 
 def _found(hunt: _Hunt, poses: list[Fields], stability: list[Stability], families: Families = ()) -> Found:
@@ -315,8 +362,9 @@ def _on_circle(hunt: _Hunt, circle: Circle) -> Found:
     mass, data = hunt.mass, hunt.data
     count = len(mass.elastic)
     states, tension, distance = np.zeros(count, dtype=np.int64), np.zeros((count, 2)), np.empty((count, 2))
-    nowhere, none = np.column_stack([np.full(3, np.inf), np.full(3, -np.inf)]), np.empty(0, dtype=np.int64)
-    hunt.run((True, none, nowhere, circle.cable))
+    # Where x is arm + radius, the tangent planes still are those of the rope itself.
+    outward = bool(others_outward(data, circle.around, circle.cable))
+    hunt.run((outward, _First().taut, _First().known, circle.cable))
     ways_at(data, circle.listed, distance)
     states[circle.cable] = TAUT
     tension[circle.cable] = strength(data)
@@ -324,39 +372,49 @@ def _on_circle(hunt: _Hunt, circle: Circle) -> Found:
     return _found(hunt, [fields, *hunt.poses], [Stability.STABLE, *hunt.stability], (circle.family,))
 
 
-def _first(
-    mass: RoutedMass, data: Routed, proved: bool
-) -> tuple[Fields | None, Bounds, tuple[bool, States, Bounds]]:
-    """Return the pose by guess and proof with its box, and what a search for others needs to know of it."""
+@dataclass(frozen=True, eq=False)
+class _First:
+    """The pose by guess and proof."""
+
+    fields: Fields | None = None
+    """None where there is none."""
+    outward: bool = False
+    taut: States = field(default_factory=lambda: np.empty(0, dtype=np.int64))
+    known: Bounds = field(default_factory=lambda: np.column_stack([np.full(3, np.inf), np.full(3, -np.inf)]))
+    """Of position and tensions of the taut cables: where no other zero is."""
+    zero: _Zero | None = None
+
+
+def _first(mass: RoutedMass, data: Routed, proved: bool) -> _First:
+    """Return the pose by guess and proof; ``proved``: that of the compiled call."""
     count = len(mass.elastic)
-    nowhere = np.column_stack([np.full(3, np.inf), np.full(3, -np.inf)])
-    nothing = (False, np.empty(0, dtype=np.int64), nowhere)
     taut, x = np.empty(count + 1, dtype=np.int64), np.empty(4 + count)
     m = guess(data, taut, x)
     if m < 0:
-        return None, nowhere, nothing
+        return _First()
     if proved:
         box, domain = np.empty((3 + m, 2)), np.empty((3 + m, 2))
         if prove_balance(data, taut, x[: 3 + m].copy(), anywhere(3 + m), box, domain):
             fields = fields_at(mass, data, taut[:m], box)
-            widest = _widened(data, taut, x[: 3 + m], domain)
-            return fields, box[:3].copy(), (bool(is_outward(data, box)), taut[:m].copy(), widest)
+            widest = _widened(data, taut, x[: 3 + m], box, domain)
+            zero = _Zero(box[:3], widest[:3])
+            return _First(fields, bool(is_outward(data, box)), taut[:m].copy(), widest, zero)
     box, multiplier = np.empty((3, 2)), np.zeros(count)
     multiplier[taut[:m]] = np.maximum(x[3 : 3 + m], 0.0)
     if not prove_tied(data, x[:3].copy(), multiplier, box):
-        return None, nowhere, nothing
+        return _First()
     states, tension, distance = np.empty(count, dtype=np.int64), np.empty((count, 2)), np.empty((count, 2))
     if not tied_tensions(data, box, states, tension, distance):
-        return None, nowhere, nothing
-    return _filled(mass, box, tension, distance, states), box, (True, *nothing[1:])
+        return _First()
+    return _First(_filled(mass, box, tension, distance, states), True)
 
 
-def _widened(data: Routed, taut: States, x: NDArray[np.float64], domain: Bounds) -> Bounds:
-    """Return the widest of a few domains around a zero in which it is proved to be the only one."""
+def _widened(data: Routed, taut: States, x: NDArray[np.float64], zero: Bounds, domain: Bounds) -> Bounds:
+    """Return the widest of a few domains around a zero, a box, in which it is proved to be the only one."""
     box, wide = np.empty(domain.shape), np.empty(domain.shape)
     for radius in WIDTHS:
         cover = np.stack([x - radius, x + radius], axis=1)
-        if prove_balance(data, taut, x.copy(), cover, box, wide):
+        if prove_balance(data, taut, x.copy(), cover, box, wide) and _contains(wide, zero):
             return wide
     return domain
 
