@@ -85,6 +85,10 @@ STRETCHED_SHARE = 1.0
 """The same where cables stretch, whose lengths hardly bound positions before the tensions are bounded."""
 
 
+COUNTS = 0.25
+"""Least stretch, over what the rotations move an anchor by, whose loss is worth another look."""
+
+
 class RealContext(NamedTuple):
     """What a compiled search looks at cells with."""
 
@@ -236,13 +240,13 @@ def bound_densities(context: Any, rank: int, states: Any) -> None:
         if states[lane] == OPEN:
             for i in range(n):
                 high = W[MOST_TENSION, i, lane] if W[FLAGS, BOUNDED, lane] > 0.0 else math.inf
-                if cut_density(C, lane, i, -math.inf, high):
+                if cut_density(context.real, C, lane, i, -math.inf, high):
                     states[lane] = SMALLER
     store(W, FLAGS, BOUNDED, tension_bounds(F, W, n, S))
     for lane in range(LANES):
         if (states[lane] == OPEN or states[lane] == SMALLER) and W[FLAGS, BOUNDED, lane] > 0.0:
             for i in range(n):
-                if cut_density(C, lane, i, W[TENSIONS, i, lane], W[TENSIONS + 1, i, lane]):
+                if cut_density(context.real, C, lane, i, W[TENSIONS, i, lane], W[TENSIONS + 1, i, lane]):
                     states[lane] = SMALLER
     for lane in range(LANES):
         if states[lane] == OPEN or states[lane] == SMALLER:
@@ -252,13 +256,17 @@ def bound_densities(context: Any, rank: int, states: Any) -> None:
 
 
 @kernel()
-def cut_density(C: LaneArray, lane: int, i: int, low: float, high: float) -> bool:
-    """Cut the bounds of a density; True where much of them is gone."""
+def cut_density(real: Any, C: LaneArray, lane: int, i: int, low: float, high: float) -> bool:
+    """Cut the bounds of a density; True where much of a stretch is gone that counted against the cell's size."""
     k = DENSITIES + 2 * i
     before = C[0, k + 1, lane] - C[0, k, lane]
     C[0, k, lane] = max(C[0, k, lane], low)
     C[0, k + 1, lane] = min(C[0, k + 1, lane], high)
-    return bool(shrunk(C[0, k + 1, lane] - C[0, k, lane], before))
+    turned = 0.0
+    for j in range(3):
+        turned = max(turned, C[0, 2 * j + 1, lane] - C[0, 2 * j, lane])
+    counts = real.compliance[i, 1] * real.lengths[i, 1] * before > COUNTS * turned * real.arm_lengths[i]
+    return bool(counts and shrunk(C[0, k + 1, lane] - C[0, k, lane], before))
 
 
 @kernel()
