@@ -100,6 +100,8 @@ def build(
         paths=paths,
         compliance=compliance,
         elastic=bool((compliance[:n_taut, 1] > 0.0).any()),
+        cap=np.inf,
+        above=False,
         load=force[0],
         load_err=force_err[0],
         size=platform_size(arms[:n_taut]),

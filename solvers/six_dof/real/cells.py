@@ -81,7 +81,7 @@ REST_SHARE = 8.0
 """How wide the rest w may be over what the rotations move the platform by: else positions are bisected."""
 
 
-STRETCHED_SHARE = 1.0
+STRETCHED_SHARE = 2.0
 """The same where cables stretch, whose lengths hardly bound positions before the tensions are bounded."""
 
 
@@ -374,7 +374,7 @@ def choose_next(real: Any, C: LaneArray, lane: int, desk: Any) -> None:
         if wide > most:
             most, place = wide, k
     far = arm * turned + max(held[lane, RANGE], max(held[lane, RANGE + 1], held[lane, RANGE + 2]))
-    share = STRETCHED_SHARE if real.elastic else REST_SHARE
+    share = REST_SHARE if far > arm * turned else STRETCHED_SHARE
     held[lane, NEXT] = 3 + place if most > share * far else best
 
 

@@ -245,6 +245,21 @@ def held_up(real: Any, C: Any, lane: int, desk: Any) -> bool:
 
 
 @kernel()
+def below_cap(real: Any, C: Any, lane: int, desk: Any) -> bool:
+    """Return True when no taut cable's tension is above the cap in a cell."""
+    found = True
+    for i in range(real.n_taut):
+        seen = desk.seen
+        far = seen[i, AWAY] + seen[i, REACH] + real.arm[i]
+        if desk.smooth[i]:
+            off = (1.0 + real.radius[i] / seen[i, LEAST_FREE]) * seen[i, REACH] + 2.0 * seen[i, OFF_POINT]
+            far = seen[i, FREE] + off
+        most = C[0, DENSITIES + 2 * i + 1, lane] * far * (1.0 + 1e-12)
+        found = found and most <= real.cap
+    return found
+
+
+@kernel()
 def stretch(real: Any, C: Any, lane: int, i: int, desk: Any) -> bool:
     """Bound path length and density of a cable that stretches by each other; False: it has none.
 
@@ -453,6 +468,8 @@ def survey(real: Any, F: Any, C: Any, lane: int, desk: Any) -> int:
         if not look_at(real, C, lane, turned, desk):
             return EMPTY
         if real.elastic and real.statics and not held_up(real, C, lane, desk):
+            return EMPTY
+        if real.above and below_cap(real, C, lane, desk):
             return EMPTY
         size = desk.seen[0, SIZE]
         for _ in range(SHAVINGS):
