@@ -135,6 +135,18 @@ def model_for(problem: Problem, taut: Sequence[int], *, slack: bool = True) -> R
     return build([cables[i] for i in (*taut, *others)], problem.load, len(taut))
 
 
+def in_halves(real: RealModel, cap: float) -> tuple[RealModel, RealModel]:
+    """Return arrays for equilibria with no tension of an elastic cable above ``cap`` N, and for the others.
+
+    A tension of at most ``cap`` stretches a cable by at most so much.
+    """
+    paths = real.paths.copy()
+    stretched = (real.lengths[:, 1] + real.compliance[:, 1] * cap) * (1.0 + 1e-14)
+    is_elastic = (real.compliance[:, 1] > 0.0) & (np.arange(len(paths)) < real.n_taut)
+    paths[is_elastic, 1] = np.minimum(paths[is_elastic, 1], stretched[is_elastic])
+    return real._replace(paths=paths), real._replace(cap=cap, above=True)
+
+
 def _paths(
     exits: Floats,
     reach: Floats,

@@ -55,7 +55,7 @@ class RealModel(NamedTuple):
     cap: float
     """Tensions that count as high, N."""
     above: bool
-    """Only equilibria with a tension above ``cap`` are asked for."""
+    """Only equilibria at which a cable that stretches has a tension above ``cap`` are asked for."""
     load: Floats
     """(3,) f."""
     load_err: Floats

@@ -246,7 +246,7 @@ def held_up(real: Any, C: Any, lane: int, desk: Any) -> bool:
 
 @kernel()
 def below_cap(real: Any, C: Any, lane: int, desk: Any) -> bool:
-    """Return True when no taut cable's tension is above the cap in a cell."""
+    """Return True when no tension of a taut cable that stretches is above the cap in a cell."""
     found = True
     for i in range(real.n_taut):
         seen = desk.seen
@@ -255,7 +255,7 @@ def below_cap(real: Any, C: Any, lane: int, desk: Any) -> bool:
             off = (1.0 + real.radius[i] / seen[i, LEAST_FREE]) * seen[i, REACH] + 2.0 * seen[i, OFF_POINT]
             far = seen[i, FREE] + off
         most = C[0, DENSITIES + 2 * i + 1, lane] * far * (1.0 + 1e-12)
-        found = found and most <= real.cap
+        found = found and (real.compliance[i, 1] == 0.0 or most <= real.cap)
     return found
 
 
