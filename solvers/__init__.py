@@ -31,10 +31,11 @@ if TYPE_CHECKING:
     from solvers.kinematics.inverse import inverse_kinematics
     from solvers.motions.motion import motion
     from solvers.motions.result import Motion
-    from solvers.point_mass.controller import PointMass, PointMassPose, PoseStatus
+    from solvers.point_mass.controller import PointMassPose, PoseStatus
     from solvers.polynomial import polynomial_report
     from solvers.report.motion_picture import motion_picture
     from solvers.report.written import result_figure, write_report
+    from solvers.routed_mass.controller import PointMass
     from solvers.six_dof.estimate import Estimate
     from solvers.six_dof.tracked_pose import Region, TrackedPose, TrackStatus
     from solvers.six_dof.tracker import Tracker
@@ -49,7 +50,7 @@ _HOMES = {
     "Motion": "solvers.motions.result",
     "Nominal": "solvers.answers.data",
     "Outcome": "solvers.answers.data",
-    "PointMass": "solvers.point_mass.controller",
+    "PointMass": "solvers.routed_mass.controller",
     "PointMassPose": "solvers.point_mass.controller",
     "PoseStatus": "solvers.point_mass.controller",
     "Proof": "solvers.answers.data",

@@ -18,6 +18,7 @@ from solvers.point_mass.robot_class import CLASS as POINT_MASS
 from solvers.questions.arguments import Label
 from solvers.questions.checked import require_treated
 from solvers.questions.problem import Options, Problem
+from solvers.routed_mass.robot_class import CLASS as ROUTED_MASS
 from solvers.six_dof.robot_class import CLASS as SIX_DOF
 
 
@@ -88,7 +89,7 @@ class RobotClass(Protocol):
         """Return what proves a pose, call by call, for ranges (N, 2) of lengths, going on from a start."""
 
 
-CLASSES: tuple[RobotClass, ...] = (POINT_MASS, SIX_DOF)
+CLASSES: tuple[RobotClass, ...] = (POINT_MASS, ROUTED_MASS, SIX_DOF)
 
 
 def class_of(robot: Any) -> RobotClass:

@@ -45,6 +45,7 @@ from solvers.classes import require_supported
 from solvers.forward import build_result
 from solvers.point_mass import scope as point_mass
 from solvers.point_mass.entry import IDENTITY
+from solvers.questions.checked import over_pulleys, require_treated
 from solvers.questions.errors import InputErrors
 from solvers.questions.force import ZERO, no_load, read_force_ranges
 from solvers.questions.lengths import read_lengths
@@ -100,6 +101,7 @@ def tension_problem(
         raise NotSupportedError(
             f"robot '{robot.name}': given tensions are for point masses, this is a platform"
         )
+    require_treated(robot, over_pulleys(robot, "given tensions"))
     require_supported(robot)
     problem = TensionProblem(robot, chosen, ranges, force)
     if (complaint := no_load(problem.loaded)) is not None:

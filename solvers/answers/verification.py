@@ -11,10 +11,14 @@ from collections.abc import Iterable, Iterator, Sequence
 from fractions import Fraction
 from itertools import pairwise
 
+from cdpr_interval.errors import NotSupportedError
+from cdpr_interval.exact import balls
 from cdpr_interval.exact.enclosure import Bounds
+from cdpr_interval.exact.irrational import root_bounds
 from cdpr_interval.exact.range import Range, as_range, hull_of
-from cdpr_interval.mechanics.cables.law import end_laws
-from cdpr_interval.robots.cable_robot import Robot
+from cdpr_interval.mechanics.cables.law import end_laws, model_of
+from cdpr_interval.mechanics.cables.path import Balls, OffTheCable
+from cdpr_interval.robots.cable_robot import Cable, Robot
 from cdpr_interval.robots.numbers import Point
 from cdpr_interval.text.count import counted
 from solvers.answers.consistency import claims, contradictions
@@ -23,6 +27,7 @@ from solvers.answers.fields import FloatOrRange
 from solvers.answers.order import solution_key
 
 NOUGHT = Range.exact(0)
+ANY_SQUARE = Range(Fraction(0), Fraction(10) ** 600)
 
 NOMINAL_MARGIN = 1e-6
 """How far (relative to 1 + the box's width) the uncertified nominal pose may lie outside its box."""
@@ -180,11 +185,16 @@ def _mechanics(result: ResultData, solution: Solution, robot: Robot) -> Iterator
     wrench = [*load, NOUGHT, NOUGHT, NOUGHT]
     for i, cable in enumerate(robot.cables):
         r = in_base([b - g for b, g in zip(_ranges(cable.platform_anchor), inside, strict=True)])
-        exit_point = _ranges(cable.frame_anchor)
-        e = [a - (p + x) for a, p, x in zip(exit_point, centre, r, strict=True)]
+        anchor = [p + x for p, x in zip(centre, r, strict=True)]
         distance, tension = _interval(solution.distances[i]), _interval(solution.tensions[i])
-        if distance.lo < 0 or not sum((x.squared() for x in e), NOUGHT).meets(distance * distance):
-            yield f"distances_m[{i}]: not the distance from the exit point"
+        away, square = _way(cable, robot, anchor)
+        if distance.lo < 0 or not square.meets(distance * distance):
+            what = (
+                "distance from the exit point"
+                if cable.pulley is None
+                else "length of the way over the pulley"
+            )
+            yield f"distances_m[{i}]: not the {what}"
             return
         length = _interval(result.lengths[i])
         stretch = hull_of(law.stretch(length, tension, Range.exact) for law in end_laws(cable))
@@ -192,15 +202,40 @@ def _mechanics(result: ResultData, solution: Solution, robot: Robot) -> Iterator
             yield f"distances_m[{i}]: not the length of the taut cable"
         if tension.lo == tension.hi == 0:
             continue
-        if distance.lo == 0:
-            # The direction of a cable whose box touches its exit point is not bounded by this quotient.
+        if away is None:
+            # Nothing bounds the direction of a cable whose box touches its exit point or its pulley.
             return
-        pull = tension / distance
-        wrench = [total + pull * part for total, part in zip(wrench, [*e, *_cross(r, e)], strict=True)]
+        wrench = [
+            total + tension * part for total, part in zip(wrench, [*away, *_cross(r, away)], strict=True)
+        ]
     axes = ("force x", "force y", "force z", "moment x", "moment y", "moment z")
     for axis, total in zip(axes, wrench, strict=True):
         if 0 not in total:
             yield f"tensions_N: no equilibrium over the box ({axis})"
+
+
+def _way(cable: Cable, robot: Robot, anchor: list[Range]) -> tuple[list[Range] | None, Range]:
+    """Return the unit vector along a cable from its anchor, where it is bounded, and its squared length."""
+    if cable.pulley is not None:
+        return _way_over_pulley(cable, robot, anchor)
+    e = [a - x for a, x in zip(_ranges(cable.frame_anchor), anchor, strict=True)]
+    square = sum((x.squared() for x in e), NOUGHT)
+    lo, hi = root_bounds(square.lo)[0], root_bounds(square.hi)[1]
+    return None if lo == 0 else [x / Range(lo, hi) for x in e], square
+
+
+def _way_over_pulley(cable: Cable, robot: Robot, anchor: list[Range]) -> tuple[list[Range] | None, Range]:
+    """Return what `_way` does, in balls; what holds of any way where numbers of the pulley are ranges."""
+    try:
+        with balls.precision():
+            x, y, z = map(balls.from_range, anchor)
+            path = model_of(cable, robot.gravity).route.path((x, y, z), Balls())
+            known = [-u for u in path.direction], path.length * path.length
+            if not all(u.is_finite() for u in (*known[0], known[1])):
+                return None, ANY_SQUARE
+            return [balls.to_range(u) for u in known[0]], balls.to_range(known[1])
+    except (OffTheCable, NotSupportedError):
+        return None, ANY_SQUARE
 
 
 def _height(solution: Solution, robot: Robot, centre: Sequence[Range]) -> Iterator[str]:

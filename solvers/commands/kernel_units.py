@@ -29,7 +29,7 @@ def points() -> None:
     """Point masses, with inextensible and with elastic cables."""
     from cdpr_interval import load_robot
     from solvers.forward import forward_kinematics
-    from solvers.point_mass.controller import PointMass
+    from solvers.routed_mass.controller import PointMass
 
     for name, lengths in POINT_QUESTIONS:
         robot = load_robot(name)
@@ -76,6 +76,7 @@ def certificates() -> None:
 POINT_QUESTIONS = (
     ("merlet_4_1", ("2.6925824", "3.9051248", "3.3541019", "4.385")),
     ("merlet_4_1_k100", ("2.955855", "2.955855", "4.10288", "4.10288")),
+    ("paty_cdpr4", ("9.6545", "9.098", "9.9137", "10.9276")),
 )
 """Robots of each kind of cable, with lengths."""
 UNITS = {

@@ -16,6 +16,7 @@ from solvers.shell.examples import examples
 if TYPE_CHECKING:
     from cdpr_interval.robots.cable_robot import Cable, Robot
     from cdpr_interval.robots.numbers import Point, Scalar
+    from cdpr_interval.robots.pulley import Pulley
 
 FORMAT = "cdpr-validation/1"
 DATA = "cdpr_interval.robots"
@@ -128,6 +129,8 @@ def _summary(robot: Robot) -> list[str]:
 
 def _cable(cable: Cable) -> str:
     text = f"{cable.name}: from {_point(cable.frame_anchor)} m to {_point(cable.platform_anchor)} m"
+    if cable.pulley is not None:
+        text += f", {_pulley(cable.pulley)}"
     if cable.elasticity is not None and cable.elasticity.stiffness is not None:
         text += f", {_scalar(cable.elasticity.stiffness)} N/m"
     elif cable.elasticity is not None and cable.elasticity.axial_stiffness is not None:
@@ -135,6 +138,20 @@ def _cable(cable: Cable) -> str:
     if cable.tension_limits is not None:
         text += f", tension {_number(cable.tension_limits[0])} to {_number(cable.tension_limits[1])} N"
     return text
+
+
+def _pulley(pulley: Pulley) -> str:
+    """Return what a cable runs over."""
+    if pulley.is_plain:
+        return f"lead-in {_scalar(pulley.lead_in)} m"
+    text = f"over a pulley of radius {_scalar(pulley.radius)} m"
+    if pulley.arm is not None:
+        text += f", arm {_scalar(pulley.arm)} m"
+    if pulley.joints == 2:
+        text += f", two joints ({pulley.balance})"
+    if pulley.lead_in:
+        text += f", lead-in {_scalar(pulley.lead_in)} m"
+    return text if pulley.axis is None else f"{text}, axis {_point(pulley.axis)}"
 
 
 def _point(values: Point) -> str:

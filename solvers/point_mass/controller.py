@@ -7,7 +7,6 @@ object. The kernels and the fallbacks are those of `forward_kinematics`, so the 
 
 from __future__ import annotations
 
-import math
 import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -19,11 +18,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cdpr_interval.errors import InputError
-from cdpr_interval.exact.enclosure import Bounds, length_bounds
-from cdpr_interval.mechanics.loaded import NO_FORCE, loaded
+from cdpr_interval.exact.enclosure import Bounds
+from cdpr_interval.mechanics.loaded import loaded
 from cdpr_interval.robots.cable_robot import Robot
 from cdpr_interval.robots.formats.given import require_robot
-from cdpr_interval.robots.numbers import Point, is_exact_point
+from cdpr_interval.robots.numbers import is_exact_point
 from solvers.answers.data import CableState
 from solvers.point_mass import scope
 from solvers.point_mass.arrays import RobotArrays, build_arrays, exact_ends, with_load
@@ -32,11 +31,6 @@ from solvers.point_mass.entry import STATES, Fields
 from solvers.point_mass.fields import OPEN, SLACK, TAUT
 from solvers.point_mass.one_call import DECIDED
 from solvers.point_mass.over_choices import find_over_choices
-from solvers.point_mass.routed.data import RoutedMass, routed_mass
-from solvers.point_mass.routed.forward import NO_POSE
-from solvers.point_mass.routed.over_ranges import find_all
-from solvers.point_mass.routed.pose import Effort
-from solvers.point_mass.routed.pose import quick_pose as routed_pose
 from solvers.point_mass.trap import trap
 from solvers.questions.checked import require_treated
 from solvers.questions.errors import InputErrors
@@ -44,9 +38,6 @@ from solvers.questions.force import NO_LOAD, ZERO, no_load, read_force, read_for
 from solvers.questions.lengths import read_lengths
 from solvers.questions.problem import Problem
 from solvers.questions.quick import checked, force_key, quick_bounds
-
-ON_CIRCLE = "the mass hangs on one pulley's cable alone, anywhere on a circle"
-UNFINISHED = "the search for further poses took more cells than a call may"
 
 
 class PoseStatus(StrEnum):
@@ -145,8 +136,8 @@ class PointMassPose:
         return tuple([i for i, state in enumerate(self.kernel_states.tolist()) if state != SLACK])
 
 
-class PointMass:
-    """The forward kinematics of one point-mass robot, prepared for many calls.
+class StraightPointMass:
+    """The forward kinematics of one point mass on straight cables of one kind, prepared for many calls.
 
     Parameters
     ----------
@@ -168,13 +159,13 @@ class PointMass:
     Examples
     --------
     >>> from cdpr_interval import load_robot
-    >>> solver = PointMass(load_robot("merlet_4_1"))
+    >>> solver = StraightPointMass(load_robot("merlet_4_1"))
     >>> pose = solver.solve([3.1, 3.2, 3.3, 3.4])
     >>> pose.proved, pose.taut
     (True, (0, 1, 2))
     """
 
-    __slots__ = ("_arrays", "_forced", "_robot", "_weightless")
+    __slots__ = ("_arrays", "_forced", "_robot")
 
     def __init__(self, robot: Robot | str | os.PathLike[str]) -> None:
         robot = require_robot(robot)
@@ -184,9 +175,7 @@ class PointMass:
         self._robot = robot
         middle = robot.middle()
         weight = loaded(middle).load
-        straight = not scope.is_routed(robot)
-        self._arrays = build_arrays(middle, weight) if straight and any(weight) else None
-        self._weightless = not any(weight)
+        self._arrays = build_arrays(middle, weight) if any(weight) else None
         self._forced: tuple[tuple[float, ...], RobotArrays] | None = None
 
     @property
@@ -201,9 +190,6 @@ class PointMass:
         each to load kernels, and many seconds where they were never compiled on this machine. The
         constructor compiles nothing.
         """
-        if scope.is_routed(self._robot):
-            self._warm_up_routed()
-            return
         arrays = self._arrays
         if arrays is None:
             arrays = build_arrays(self._robot.middle(), (Fraction(0), Fraction(0), Fraction(-1)))
@@ -255,8 +241,6 @@ class PointMass:
         milliseconds, for wide ranges of elastic cables tenths of a second. Of a robot or force with ranges
         every answer is that of `forward_kinematics`, in its time.
         """
-        if scope.is_routed(self._robot):
-            return self._on_routes(lengths, external_force)
         if not self._robot.is_exact or is_ranged(external_force):
             return self._over_choices(lengths, external_force)
         bounds = quick_bounds(lengths, len(self._robot.cables))
@@ -272,32 +256,6 @@ class PointMass:
         given = None if quick else exact_ends(read_lengths(lengths, self._robot.cable_names))
         return _settled(arrays, bounds, given)
 
-    def _on_routes(self, lengths: Any, external_force: Any) -> PointMassPose:
-        """Return the pose of a robot with pulleys, or with cables of two kinds."""
-        force: Point = NO_FORCE
-        bounds = quick_bounds(lengths, len(self._robot.cables))
-        if bounds is None or external_force is not None:
-            errors = InputErrors()
-            ranges = errors.read(read_lengths, lengths, self._robot.cable_names)
-            if external_force is not None:
-                force = errors.read(read_force_ranges, external_force) or force
-            if (complaint := no_load(loaded(self._robot, force))) is not None:
-                errors.add(complaint)
-            errors.require_none()
-            assert ranges is not None
-            bounds = length_bounds(ranges)
-        elif self._weightless:
-            raise InputError(NO_LOAD)
-        return routed_answer(routed_mass(loaded(self._robot, force)), bounds)
-
-    def _warm_up_routed(self) -> None:
-        """Compile what `solve` may call for a robot with pulleys."""
-        force = (Fraction(0), Fraction(0), Fraction(-1)) if self._weightless else NO_FORCE
-        mass = routed_mass(loaded(self._robot, force))
-        for reach in (16.0, 1e-3):
-            # Hanging far below, and too short to hang at all.
-            routed_answer(mass, np.full((len(self._robot.cables), 2), reach * mass.unit))
-
     def _over_choices(self, lengths: Any, external_force: Any) -> PointMassPose:
         """Return the pose for every choice of data with ranges."""
         errors, names = InputErrors(), self._robot.cable_names
@@ -307,7 +265,7 @@ class PointMass:
             errors.add(complaint)
         errors.require_none()
         assert ranges is not None and force is not None
-        return _pose(find_over_choices(Problem(self._robot, ranges, force)), names)
+        return pose_of(find_over_choices(Problem(self._robot, ranges, force)), names)
 
     def _under(self, external_force: Any) -> RobotArrays:
         """Return the arrays under the weight and a force; the last ones are kept."""
@@ -335,36 +293,12 @@ def is_ranged(force: Any) -> bool:
         return False
 
 
-def routed_answer(mass: RoutedMass, lengths: Bounds) -> PointMassPose:
-    """Return the pose of a point mass on routed cables for lengths (N, 2) in m."""
-    status, bounds, states = routed_pose(mass, lengths)
-    if status == DECIDED and not (states == OPEN).any():
-        return PointMassPose(PoseStatus.PROVED, bounds, states)
-    found = find_all(mass, lengths, Effort.of(None, None))
-    names = mass.robot.cable_names
-    if found.complete and len(found.poses) == 1 and not found.families:
-        return _pose(found.poses[0], names)
-    if found.complete and not found.poses:
-        return PointMassPose(PoseStatus.NO_POSE, *_nothing(len(names), np.nan), NO_POSE)
-    several = ON_CIRCLE if found.families else f"{len(found.poses)} static poses are proved"
-    reason = several if found.complete else found.regions[0].reason if found.regions else UNFINISHED
-    return PointMassPose(PoseStatus.UNPROVED, *_nothing(len(names), np.inf), reason)
-
-
-def _nothing(count: int, far: float) -> tuple[Bounds, NDArray[np.int64]]:
-    """Return bounds (4 + 2 N, 2) that say nothing, and undecided states."""
-    bounds = np.empty((4 + 2 * count, 2))
-    bounds[:4] = -far, far
-    bounds[4:] = far * 0.0 if math.isnan(far) else 0.0, far
-    return bounds, np.full(count, OPEN, dtype=np.int64)
-
-
 def _settled(arrays: RobotArrays, lengths: Bounds, exact: list[Fraction] | None) -> PointMassPose:
     """Return the answer where the compiled path has decided nothing."""
-    return _pose(after_quick(arrays, lengths, exact), arrays.robot.cable_names)
+    return pose_of(after_quick(arrays, lengths, exact), arrays.robot.cable_names)
 
 
-def _pose(finding: Finding, names: Sequence[str]) -> PointMassPose:
+def pose_of(finding: Finding, names: Sequence[str]) -> PointMassPose:
     """Return what was found as an answer."""
     count = len(names)
     if isinstance(finding, Fields):

@@ -12,7 +12,6 @@ from solvers.point_mass.arrays import RobotArrays, exact_lengths, is_range, robo
 from solvers.point_mass.convex import Finding, after_quick, quick_pose
 from solvers.point_mass.entry import Fields, unpacked
 from solvers.point_mass.one_call import DECIDED
-from solvers.point_mass.scope import is_routed
 from solvers.questions.checked import require_treated, uncertain_data
 from solvers.questions.problem import Method, Options, Problem
 
@@ -39,10 +38,6 @@ def solve(problem: Problem, options: Options) -> Answer:
     With outcome COMPLETE the solutions are all static poses of what was asked, each box holds exactly one,
     for every choice of lengths in their ranges.
     """
-    if is_routed(problem.robot):
-        from solvers.point_mass.routed.forward import solve_routed
-
-        return solve_routed(problem, options)
     if not problem.is_exact:
         if options.ignore_slack or options.method is Method.SEARCH:
             asker = "--ignore-slack" if options.ignore_slack else "--method search"

@@ -11,15 +11,18 @@ from solvers.questions.problem import Options, Problem
 
 
 class PointMassClass:
-    """Robots all of whose cables end at the centre of mass: one pose at most, anywhere."""
+    """Loads on straight cables that end at the centre of mass: one pose at most, anywhere."""
 
     name = POINT_MASS
     title = "point mass"
     turns = False
     solves_ranges = True
-    accepts = staticmethod(scope.accepts)
     refuses = staticmethod(scope.refuses)
     complaints = staticmethod(scope.complaints)
+
+    def accepts(self, robot: Robot) -> bool:
+        """Return True for a point mass on straight cables that all stretch or all do not."""
+        return scope.accepts(robot) and not scope.is_routed(robot)
 
     def forward(self, problem: Problem, options: Options) -> Answer:
         """Return every static pose."""
@@ -29,9 +32,9 @@ class PointMassClass:
 
     def follower(self, robot: Robot, start: Solution) -> Any:
         """Return what proves the pose for ranges of lengths; it needs no start."""
-        from solvers.point_mass.controller import PointMass
+        from solvers.point_mass.controller import StraightPointMass
 
-        solver = PointMass(robot)
+        solver = StraightPointMass(robot)
         return lambda ranges: solver.solve(ranges.tolist())
 
 

@@ -58,23 +58,27 @@ def uncertain_data(robot: Robot, force: Point = NO_FORCE, asker: str = "") -> st
 def require_certifiable(problem: Problem) -> None:
     """Raise `NotSupportedError` for a question whose certificate no checker of today could read.
 
-    It takes ranges of lengths, and of nothing else.
+    It takes ranges of lengths, and of nothing else, and straight cables that all stretch or all do not.
     """
     robot = problem.robot
-    reason = "certificates of robots with pulleys are not supported yet" if robot.has_pulleys else None
+    require_treated(robot, over_pulleys(robot, "certificates") or mixed_cables(robot, "certificates"))
     if robot.is_elastic and robot.model == SIX_DOF:
-        reason = "certificates of platforms on elastic cables are not supported yet"
-    require_treated(robot, reason or uncertain_data(robot, problem.external_force, asker="certificates"))
+        require_treated(robot, "platforms on elastic cables are not supported by certificates yet")
+    require_treated(robot, uncertain_data(robot, problem.external_force, asker="certificates"))
 
 
-def mixed_cables(robot: Robot) -> str | None:
-    """Return why a robot of elastic and inextensible cables is refused, or None."""
-    return "elastic and inextensible cables in one robot are not supported yet" if robot.is_mixed else None
+def mixed_cables(robot: Robot, asker: str = "") -> str | None:
+    """Return why a robot of elastic and inextensible cables is refused by ``asker``, or None."""
+    return _by("elastic and inextensible cables in one robot are not supported", asker, robot.is_mixed)
 
 
-def over_pulleys(robot: Robot) -> str | None:
-    """Return why a robot with pulleys is refused, or None for one without."""
-    return "pulleys are not supported here yet" if robot.has_pulleys else None
+def over_pulleys(robot: Robot, asker: str = "") -> str | None:
+    """Return why a robot with pulleys is refused by ``asker``, or None for one without."""
+    return _by("pulleys are not supported", asker, robot.has_pulleys)
+
+
+def _by(text: str, asker: str, applies: bool) -> str | None:
+    return f"{text}{' by ' + asker if asker else ''} yet" if applies else None
 
 
 def require_treated(robot: Robot, reason: str | None) -> None:

@@ -87,7 +87,7 @@ def _pose_figure(make: Any, robot: Robot, result: Result, scenes: list[Scene], o
     if one is not None:
         for cable_line in one.cables:
             axes.plot(*cable_line.points.T, **_style(cable_line.state, cable_line.tension, most))
-        for pair in one.body.reshape(-1, 2, 3):
+        for pair in np.concatenate([one.body, one.wheels]).reshape(-1, 2, 3):
             axes.plot(*pair.T, color=BODY, linewidth=0.8)
         axes.scatter(*one.centre, color="black", s=20)
         for pair in one.tube.reshape(-1, 2, 3):

@@ -163,9 +163,10 @@ def _pose(go: Any, one: Scene, most: float) -> list[Any]:
         elif cable.state is CableState.SWITCHING:
             line["dash"] = "dash"
         traces.append(_points(go, cable.points, mode="lines", line=line, hoverinfo="text", text=cable.text))
-    if len(one.body):
-        line = {"color": BODY, "width": 2}
-        traces.append(_points(go, _separated(one.body), mode="lines", line=line, hoverinfo="skip"))
+    for pairs in (one.body, one.wheels):
+        if len(pairs):
+            line = {"color": BODY, "width": 2}
+            traces.append(_points(go, _separated(pairs), mode="lines", line=line, hoverinfo="skip"))
     if len(np.unique(one.platform, axis=0)) > 3:
         x, y, z = one.platform.T
         body = {"alphahull": 0, "opacity": 0.25, "color": BODY, "hoverinfo": "skip"}

@@ -18,6 +18,7 @@ from cdpr_interval.mechanics.orientation import rotation_from_quaternion
 from cdpr_interval.robots.cable_robot import Robot
 from cdpr_interval.robots.numbers import Point
 from solvers.answers.data import CableState, Solution
+from solvers.report.rope import course, wheel
 
 Points = NDArray[np.float64]
 CURVE_POINTS = 25
@@ -43,7 +44,7 @@ class DrawnCable:
 
     name: str
     points: Points
-    """(n, 3) m: two for a straight cable, more for a hanging one."""
+    """(n, 3) m: two for a straight cable, more for a hanging one and over a pulley."""
     state: CableState
     tension: float
     """N, in the middle of the proved bounds."""
@@ -64,6 +65,8 @@ class Scene:
     tube: Points
     """(n, 3) m: edges of boxes as pairs of corners, where the platform anchors are for every choice of the
     data; empty where these are exact."""
+    wheels: Points
+    """(n, 3) m: edges of pulleys as pairs of points."""
 
     @property
     def body(self) -> Points:
@@ -118,18 +121,22 @@ def scene(robot: Robot, solution: Solution, lengths: Bounds, number: int) -> Sce
     centre = origin + turn @ _floats(robot.platform.centre_of_mass)
     up = -_floats(robot.gravity) / np.linalg.norm(_floats(robot.gravity))
     cables = []
-    for i, (cable, exit_point) in enumerate(zip(robot.cables, frame_points(robot), strict=True)):
+    for i, cable in enumerate(robot.cables):
         state = solution.cable_states[i]
-        points = np.array([exit_point, platform[i]])
+        points = course(cable, robot, platform[i])
         if state is CableState.SLACK:
-            points = hanging(exit_point, platform[i], float(lengths[i].mean()), up)
+            # What is slack hangs between the pulley, or the exit point, and the platform.
+            gone = float(np.linalg.norm(np.diff(points[:-1], axis=0), axis=1).sum())
+            free = hanging(points[-2], platform[i], float(lengths[i].mean()) - gone, up)
+            points = np.concatenate([points[:-2], free])
         text = f"{cable.name}: {state.value}, {_range(solution.tensions[i], 'N')}"
         least, most = solution.tensions[i].tolist()
         tension = max(0.5 * (least + most) if math.isfinite(most) else least, 0.0)
         cables.append(DrawnCable(cable.name, points, state, tension, text))
     taut = ", ".join(robot.cables[i].name for i in solution.taut)
     title = f"{number}: {taut} taut, {solution.stability.value}"
-    return Scene(title, tuple(cables), platform, centre, tube(solution, anchors))
+    wheels = [wheel(cable, robot, platform[i]) for i, cable in enumerate(robot.cables)]
+    return Scene(title, tuple(cables), platform, centre, tube(solution, anchors), np.concatenate(wheels))
 
 
 def tube(solution: Solution, anchors: Points) -> Points:

@@ -8,7 +8,7 @@ from cdpr_interval.mechanics.rotation import rotation_at
 from cdpr_interval.mechanics.six_dof.arrays import Model
 from cdpr_interval.mechanics.six_dof.tube import SYMBOLS, tube
 from cdpr_interval.robots.formats.reader import load_robot
-from solvers.point_mass.controller import PointMass
+from solvers.point_mass.controller import StraightPointMass
 from solvers.questions.force import ZERO
 from solvers.questions.lengths import read_lengths
 from solvers.questions.problem import Options, Problem
@@ -53,4 +53,4 @@ def tensions_of_six(model: Model) -> None:
 
 def points() -> None:
     """Ask for what the subsets need whose cables meet in one point of the platform."""
-    PointMass(load_robot("merlet_4_1")).warm_up()
+    StraightPointMass(load_robot("merlet_4_1")).warm_up()

@@ -14,10 +14,13 @@ CABLES = {
     "cogiro": 8,
     "fast": 6,
     "four_winches": 4,
+    "grab33": 3,
+    "irma4u": 4,
     "merlet_4_1": 4,
     "merlet_4_1_k100": 4,
     "merlet_4_1_k1000": 4,
     "nist_robocrane": 6,
+    "paty_cdpr4": 4,
     "six_leg_40": 6,
     "uc2": 2,
     "uc3": 3,
@@ -36,7 +39,7 @@ def test_every_robot_loads_and_names_its_source(name: str):
     assert robot.source
     assert len(robot.cables) == CABLES[name]
     assert robot.uncertain == ()
-    assert robot.is_point_mass == name.startswith(("merlet", "four"))
+    assert robot.is_point_mass == name.startswith(("merlet", "four", "paty"))
 
 
 def test_merlet_2012_equation_2():

@@ -13,7 +13,11 @@ from cdpr_interval.exact.range import Range
 from solvers import Outcome, StopReason, forward_kinematics
 from solvers.classes import CLASSES, RobotClass, class_of, require_supported
 
-ROBOTS = {"point-mass": ("merlet_4_1", [3.1, 3.2, 3.3, 3.4]), "six-dof": ("uc3", [7.5, 8.0, 7.0])}
+ROBOTS = {
+    "point-mass": ("merlet_4_1", [3.1, 3.2, 3.3, 3.4]),
+    "routed point-mass": ("paty_cdpr4", [9.6545, 9.098, 9.9137, 10.9276]),
+    "six-dof": ("uc3", [7.5, 8.0, 7.0]),
+}
 """A robot that ships and lengths with poses, of every class."""
 
 

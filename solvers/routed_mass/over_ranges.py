@@ -9,8 +9,8 @@ from cdpr_interval.mechanics.stability import Stability
 from solvers.point_mass.arrays import is_range
 from solvers.point_mass.entry import Fields, hull, unpacked
 from solvers.point_mass.one_call import DECIDED
-from solvers.point_mass.routed.data import RoutedMass
-from solvers.point_mass.routed.pose import Effort, Found, find_poses, noted, quick_pose
+from solvers.routed_mass.data import RoutedMass
+from solvers.routed_mass.pose import Effort, Found, find_poses, noted, quick_pose
 
 PIECES = 64
 """Most parts that ranges of lengths are cut into: some ten milliseconds."""

@@ -11,7 +11,7 @@ its quadratic growth from the middle of the ball gives that bound. There is one:
 ball is compact. It is a static pose, since X_f is in the interior of reach, and the only one in the ball
 where every rope leaves outward: along a segment of minima no loaded cable could keep length and direction.
 
-Arrays: ``data`` and ``ways`` (N, WAY, 2) as in `solvers.point_mass.routed.balance`; ``multiplier`` (N,) >= 0,
+Arrays: ``data`` and ``ways`` (N, WAY, 2) as in `solvers.routed_mass.balance`; ``multiplier`` (N,) >= 0,
 zero for elastic cables; ``x`` (3,) the middle of the ball, ``box`` (3, 2) around it, ``H`` (3, 3, 2);
 ``tension`` (N, 2).
 """
@@ -29,9 +29,9 @@ from cdpr_interval.kernels.interval_matrix import POSITIVE, definiteness
 from cdpr_interval.kernels.kernel import entry, kernel
 from cdpr_interval.kernels.rounding import down, up
 from cdpr_interval.mechanics.cables.ways import ALONG, FREE, LENGTH, WAY, turning_over
-from solvers.point_mass.routed.balance import bend, pull, survey
-from solvers.point_mass.routed.cells import all_beyond, balance_across_pairs, bounded_by_load
-from solvers.point_mass.routed.guess import VIOLATED
+from solvers.routed_mass.balance import bend, pull, survey
+from solvers.routed_mass.cells import all_beyond, balance_across_pairs, bounded_by_load
+from solvers.routed_mass.guess import VIOLATED
 
 TIGHT = 1e3 * VIOLATED
 """In the kernels' units: a cable no longer than that beyond its way counts as tight."""
@@ -167,7 +167,7 @@ def prove_tied(data: Any, x: Any, multiplier: Any, box: Any) -> bool:
     Parameters
     ----------
     data
-        See `solvers.point_mass.routed.data.Routed`.
+        See `solvers.routed_mass.data.Routed`.
     x : (3,)
         Guess.
     multiplier : (N,)

@@ -10,7 +10,7 @@ Jacobians (F. H. Clarke, Optimization and Nonsmooth Analysis, 1983, proposition 
 is taut in a part of the box only enters with every weight from 0 to 1.
 
 Arrays, for N cables of which m inextensible ones are taut, n = 3 + m: ``data`` is a
-`solvers.point_mass.routed.data.Routed`; ``taut`` (>= m,) are their indices; ``box`` (n, 2) bounds X, then T;
+`solvers.routed_mass.data.Routed`; ``taut`` (>= m,) are their indices; ``box`` (n, 2) bounds X, then T;
 ``ways`` (N, WAY, 2) and ``gradients`` (N, 3, 2) are those over its position, ``turning`` (3, 3, 2)
 scratch; ``J`` and ``E`` (n, n, 2); ``C`` (n, n); ``x`` (n,) a guess.
 """

@@ -18,7 +18,7 @@ from cdpr_interval.exact.vector import Vector
 from cdpr_interval.mechanics.cables.ways import ARM, AXIS, BEFORE, EXIT, KIND, ONE_JOINT, RADIUS, THETA
 from cdpr_interval.robots.numbers import is_exact_point
 from solvers.answers.data import Family
-from solvers.point_mass.routed.data import Routed, RoutedMass
+from solvers.routed_mass.data import Routed, RoutedMass
 
 
 @dataclass(frozen=True, eq=False)

@@ -18,12 +18,12 @@ from solvers.point_mass.convex import Unproved
 from solvers.point_mass.entry import Fields, unpacked
 from solvers.point_mass.fields import OPEN, SLACK, TAUT
 from solvers.point_mass.one_call import DECIDED, anywhere
-from solvers.point_mass.routed.balance import prove_balance
-from solvers.point_mass.routed.cells import first_cells, run_cells
-from solvers.point_mass.routed.circle import Circle, circle_of
-from solvers.point_mass.routed.data import Routed, RoutedMass
-from solvers.point_mass.routed.guess import guess
-from solvers.point_mass.routed.one_call import (
+from solvers.routed_mass.balance import prove_balance
+from solvers.routed_mass.cells import first_cells, run_cells
+from solvers.routed_mass.circle import Circle, circle_of
+from solvers.routed_mass.data import Routed, RoutedMass
+from solvers.routed_mass.guess import guess
+from solvers.routed_mass.one_call import (
     AMONG_OTHERS,
     SMALLEST,
     classify,
@@ -35,7 +35,7 @@ from solvers.point_mass.routed.one_call import (
     strength,
     ways_at,
 )
-from solvers.point_mass.routed.tied import prove_tied, tied_tensions
+from solvers.routed_mass.tied import prove_tied, tied_tensions
 
 States = NDArray[np.int64]
 FINER = 0.125
@@ -127,13 +127,15 @@ class _Hunt:
     """The cells that are pending."""
     stop: Stop = Stop.EXHAUSTED
     poses: list[Fields] = field(default_factory=list)
+    boxes: list[Bounds] = field(default_factory=list)
+    """Of the poses that are known, (3, 2) each in the kernels' units."""
     stability: list[Stability] = field(default_factory=list)
     regions: list[Bounds] = field(default_factory=list)
 
     def run(self, first: tuple[Any, ...]) -> None:
         """Look at everything that may hold a pose, finer and finer.
 
-        ``first`` are the context's entries after the data, see `solvers.point_mass.routed.cells`.
+        ``first`` are the context's entries after the data, see `solvers.routed_mass.cells`.
         """
         stack = np.empty((max(64, len(self.mass.routes)), WIDTH))
         cells = stack[: first_cells(self.data, first[0], stack)]
@@ -182,14 +184,19 @@ class _Hunt:
         taut = np.empty(1, dtype=np.int64)
         if not prove_balance(self.data, taut, x, cover, box, domain):
             return False
+        if any(_within(known, domain) for known in self.boxes):
+            return True
         fields = fields_at(self.mass, self.data, taut[:0], box)
-        if fields is None:
+        if fields is None or not all(_apart(known, box) for known in self.boxes):
             return False
-        apart = [_apart(fields.position, other.position) for other in self.poses]
-        if all(apart):
-            self.poses.append(fields)
-            self.stability.append(Stability.STABLE if is_outward(self.data, box) else Stability.UNDECIDED)
+        self.poses.append(fields)
+        self.boxes.append(box)
+        self.stability.append(Stability.STABLE if is_outward(self.data, box) else Stability.UNDECIDED)
         return True
+
+
+def _within(a: Bounds, b: Bounds) -> bool:
+    return bool((b[:, 0] <= a[:, 0]).all() and (a[:, 1] <= b[:, 1]).all())
 
 
 def _apart(a: Bounds, b: Bounds) -> bool:
@@ -273,7 +280,9 @@ def find_poses(mass: RoutedMass, lengths: Bounds, effort: Effort) -> Found:
     circle = _circle(mass, data) if status != AMONG_OTHERS else None
     if circle is not None:
         return _on_circle(hunt, circle)
-    first, outward, taut, known = _first(mass, data, status == AMONG_OTHERS)
+    first, box, (outward, taut, known) = _first(mass, data, status == AMONG_OTHERS)
+    if first is not None:
+        hunt.boxes.append(box)
     hunt.run((outward, taut, known, -1))
     poses = ([first] if first is not None else []) + hunt.poses
     stability = ([Stability.STABLE if outward else Stability.UNDECIDED] if first is not None else []) + (
@@ -315,29 +324,31 @@ def _on_circle(hunt: _Hunt, circle: Circle) -> Found:
     return _found(hunt, [fields, *hunt.poses], [Stability.STABLE, *hunt.stability], (circle.family,))
 
 
-def _first(mass: RoutedMass, data: Routed, proved: bool) -> tuple[Fields | None, bool, States, Bounds]:
-    """Return the pose by guess and proof, whether it is outward, its taut cables and domain of uniqueness."""
+def _first(
+    mass: RoutedMass, data: Routed, proved: bool
+) -> tuple[Fields | None, Bounds, tuple[bool, States, Bounds]]:
+    """Return the pose by guess and proof with its box, and what a search for others needs to know of it."""
     count = len(mass.elastic)
-    none = np.empty(0, dtype=np.int64)
     nowhere = np.column_stack([np.full(3, np.inf), np.full(3, -np.inf)])
+    nothing = (False, np.empty(0, dtype=np.int64), nowhere)
     taut, x = np.empty(count + 1, dtype=np.int64), np.empty(4 + count)
     m = guess(data, taut, x)
     if m < 0:
-        return None, False, none, nowhere
+        return None, nowhere, nothing
     if proved:
         box, domain = np.empty((3 + m, 2)), np.empty((3 + m, 2))
         if prove_balance(data, taut, x[: 3 + m].copy(), anywhere(3 + m), box, domain):
             fields = fields_at(mass, data, taut[:m], box)
             widest = _widened(data, taut, x[: 3 + m], domain)
-            return fields, bool(is_outward(data, box)), taut[:m].copy(), widest
+            return fields, box[:3].copy(), (bool(is_outward(data, box)), taut[:m].copy(), widest)
     box, multiplier = np.empty((3, 2)), np.zeros(count)
     multiplier[taut[:m]] = np.maximum(x[3 : 3 + m], 0.0)
     if not prove_tied(data, x[:3].copy(), multiplier, box):
-        return None, False, none, nowhere
+        return None, nowhere, nothing
     states, tension, distance = np.empty(count, dtype=np.int64), np.empty((count, 2)), np.empty((count, 2))
     if not tied_tensions(data, box, states, tension, distance):
-        return None, False, none, nowhere
-    return _filled(mass, box, tension, distance, states), True, none, nowhere
+        return None, nowhere, nothing
+    return _filled(mass, box, tension, distance, states), box, (True, *nothing[1:])
 
 
 def _widened(data: Routed, taut: States, x: NDArray[np.float64], domain: Bounds) -> Bounds:

@@ -12,12 +12,12 @@ from cdpr_interval.mechanics.stability import Stability
 from solvers.answers.data import Answer, Family, Outcome, Proof, Solution, StopReason, SubsetReport, Undecided
 from solvers.point_mass.answer import MOST_ROWS, subset_count, subsets
 from solvers.point_mass.entry import IDENTITY, Fields, solution
-from solvers.point_mass.routed.data import routed_mass
-from solvers.point_mass.routed.over_ranges import find_all
-from solvers.point_mass.routed.pose import Effort, Found
 from solvers.point_mass.scope import most_taut
 from solvers.questions.checked import require_treated
 from solvers.questions.problem import Method, Options, Problem, Progress
+from solvers.routed_mass.data import routed_mass
+from solvers.routed_mass.over_ranges import find_all
+from solvers.routed_mass.pose import Effort, Found
 
 NO_POSE = "no position is in reach of all cables at which they balance the load"
 NOT_ASKED = "the robot has other cables taut than those asked for at every pose"

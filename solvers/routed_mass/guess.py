@@ -3,7 +3,7 @@
 The energy -f . X + sum k_i / 2 max(0, L_i(X) - l_i)^2 is lowered by Newton steps, with inextensible cables as
 stiff springs; then those that came out taut are solved as constraints, one too many or too few exchanged.
 
-Arrays, for N cables: ``data`` is a `solvers.point_mass.routed.data.Routed`; ``L``, ``k`` (N,) floats inside
+Arrays, for N cables: ``data`` is a `solvers.routed_mass.data.Routed`; ``L``, ``k`` (N,) floats inside
 their enclosures, ``f`` (3,) the load; ``x`` (>= 3 + N,) position, then tensions; ``taut`` (>= N,) the m
 inextensible cables that carry; ``a`` (N, 3) directions, ``D`` (N, 3, 3) their derivatives, ``length`` (N,) of
 the ways, all at x; ``g`` (3,) a gradient, ``work`` (>= n, >= n + 1) a linear system; ``step`` (3,).

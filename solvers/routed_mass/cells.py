@@ -13,7 +13,7 @@ searched.
 A cell is a row ``x lo, x hi, y lo, y hi, z lo, z hi, share``.
 
 Arrays: ``context`` is ``(data, outward, taut, known, alone, smallest)``: ``data`` a
-`solvers.point_mass.routed.data.Routed` of N cables; ``outward`` is true where a pose as above is proved;
+`solvers.routed_mass.data.Routed` of N cables; ``outward`` is true where a pose as above is proved;
 ``known`` (3 + m, 2) is the domain of a proved zero of the equations with the m inextensible cables ``taut``
 (m,), ascending; ``alone`` is the cable whose poses alone are known, -1 without one; ``smallest`` the smallest
 width of a cell. ``box`` (3, 2); ``ways`` (N, WAY, 2); ``gradients`` (N, 3, 2); ``tension`` (N, 2), of a cable
@@ -52,7 +52,7 @@ from cdpr_interval.mechanics.cables.ways import (
     way_over,
 )
 from solvers.point_mass.cell_rows import box_of, halve, keep, widest
-from solvers.point_mass.routed.balance import pull
+from solvers.routed_mass.balance import pull
 
 SWEEPS = 8
 """Rounds of coordinate descent towards balance: few are enough for a direction."""

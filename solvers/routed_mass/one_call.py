@@ -1,6 +1,6 @@
 """The pose of a point mass on routed cables in one compiled call, proved to be the only one.
 
-Arrays: those of `solvers.point_mass.routed.balance` and `solvers.point_mass.routed.cells`; ``lengths`` (N, 2)
+Arrays: those of `solvers.routed_mass.balance` and `solvers.routed_mass.cells`; ``lengths`` (N, 2)
 in m; ``bounds`` (4 + 2 N, 2) and ``states`` (N,) as `solvers.point_mass.one_call.balls_pose` has them.
 """
 
@@ -16,9 +16,9 @@ from cdpr_interval.mechanics.cables.ways import LENGTH, WAY
 from solvers.point_mass.cell_rows import WIDTH
 from solvers.point_mass.fields import OPEN, SLACK, TAUT
 from solvers.point_mass.one_call import DECIDED, UNCLEAR, anywhere
-from solvers.point_mass.routed.balance import prove_balance, pull, survey
-from solvers.point_mass.routed.cells import all_beyond, first_cells, run_cells
-from solvers.point_mass.routed.guess import guess
+from solvers.routed_mass.balance import prove_balance, pull, survey
+from solvers.routed_mass.cells import all_beyond, first_cells, run_cells
+from solvers.routed_mass.guess import guess
 
 AMONG_OTHERS = 3
 """Status: the pose is proved, whether there is another one is not."""
@@ -95,7 +95,7 @@ def fill(frame: Any, box: Any, tension: Any, distance: Any, bounds: Any) -> None
     bounds[3, 0], bounds[3, 1] = add(hlo, hhi, frame[8, 0], frame[8, 1])
     for i in range(count):
         lo, hi = mul(frame[1, 0], frame[1, 1], tension[i, 0], tension[i, 1])
-        bounds[4 + i, 0], bounds[4 + i, 1] = max(lo, 0.0), hi
+        bounds[4 + i, 0], bounds[4 + i, 1] = max(lo, 0.0), hi if tension[i, 1] > 0.0 else 0.0
         lo, hi = mul(unit, unit, distance[i, 0], distance[i, 1])
         bounds[4 + count + i, 0], bounds[4 + count + i, 1] = max(lo, 0.0), hi
 
@@ -164,7 +164,7 @@ def strength(data: Any) -> Any:
 def data_of(
     routes: Any, elastic: Any, constant: Any, given: Any, load: Any, unit: float, lengths: Any
 ) -> Any:
-    """Return the `solvers.point_mass.routed.data.Routed` for lengths (N, 2) in m."""
+    """Return the `solvers.routed_mass.data.Routed` for lengths (N, 2) in m."""
     scaled = np.empty(lengths.shape)
     for i in range(lengths.shape[0]):
         scaled[i, 0], scaled[i, 1] = lengths[i, 0] / unit, lengths[i, 1] / unit
@@ -188,7 +188,7 @@ def routed_pose(
     Parameters
     ----------
     routes, elastic, constant, given, load, frame
-        See `solvers.point_mass.routed.data.RoutedMass`.
+        See `solvers.routed_mass.data.RoutedMass`.
     lengths : (N, 2)
         m.
     bounds, states : (4 + 2 N, 2), (N,)

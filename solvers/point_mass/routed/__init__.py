@@ -1,1 +1,0 @@
-"""Point masses whose cables run over pulleys, or of which some stretch and others do not."""
