@@ -11,6 +11,7 @@ LOGGER = "cdpr_interval"
 """Name of the logger. It warns, so that who waits hears why without any setting."""
 PARTS = {
     "solvers.point_mass.": ("point masses", 20),
+    "solvers.routed_mass.": ("point masses over pulleys", 40),
     "solvers.six_dof.cells.certified": ("certificates of platforms", 20),
     "solvers.six_dof.cells.noted": ("certificates of platforms", 20),
     "solvers.six_dof.track": ("trackers of platforms", 15),

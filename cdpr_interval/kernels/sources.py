@@ -28,6 +28,7 @@ PACKAGES = (
     "cdpr_interval.engine",
     "cdpr_interval.mechanics",
     "solvers.point_mass",
+    "solvers.routed_mass",
     "solvers.six_dof",
 )
 """Packages with kernels, and those that kernels have constants from."""

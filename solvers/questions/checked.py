@@ -62,8 +62,8 @@ def require_certifiable(problem: Problem) -> None:
     """
     robot = problem.robot
     require_treated(robot, over_pulleys(robot, "certificates") or mixed_cables(robot, "certificates"))
-    if robot.is_elastic and robot.model == SIX_DOF:
-        require_treated(robot, "platforms on elastic cables are not supported by certificates yet")
+    stretching = robot.is_elastic and robot.model == SIX_DOF
+    require_treated(robot, _by("elastic cables of a platform are not supported", "certificates", stretching))
     require_treated(robot, uncertain_data(robot, problem.external_force, asker="certificates"))
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from cdpr_interval.exact.enclosure import Bounds
@@ -12,39 +14,60 @@ from solvers.point_mass.one_call import DECIDED
 from solvers.routed_mass.data import RoutedMass
 from solvers.routed_mass.pose import Effort, Found, find_poses, noted, quick_pose
 
+VAGUE = 0.02
+"""Share of the load up to which its range is not cut: tensions are proved within it."""
 PIECES = 64
-"""Most parts that ranges of lengths are cut into: some ten milliseconds."""
+"""Most parts that ranges are cut into: some ten milliseconds."""
 
 
 def find_all(mass: RoutedMass, lengths: Bounds, effort: Effort) -> Found:
     """Find every static pose for all lengths (N, 2) in m; guarantee as `find_poses`.
 
-    Over ranges of lengths whose parts have one pose each, the pose moves from part to part without a jump.
+    Over ranges whose parts have one pose each, the pose moves from part to part without a jump.
     """
-    parts = _parts(mass, lengths) if is_range(lengths) else None
+    parts = _parts(mass, lengths) if is_range(lengths) or _share(mass) > 0.0 else None
     if parts is None:
         return find_poses(mass, lengths, effort)
     return Found((noted(hull(parts), mass),), (Stability.STABLE,))
 
 
+def _share(mass: RoutedMass) -> float:
+    """Return how wide the load's widest component is, as a share of the load; rounding counts as none."""
+    width = float((mass.load[:, 1] - mass.load[:, 0]).max() / np.abs(mass.load).max())
+    return width if width > 1e-12 else 0.0
+
+
 def _parts(mass: RoutedMass, lengths: Bounds) -> list[Fields] | None:
     """Return the only pose of each part of the ranges; None where a part is not proved."""
-    todo, found = [lengths], list[Fields]()
+    todo, found = [(mass, lengths)], list[Fields]()
     used = 0
     while todo:
-        piece = todo.pop()
-        status, bounds, states = quick_pose(mass, piece)
+        part, piece = todo.pop()
+        status, bounds, states = quick_pose(part, piece)
         used += 1
         if status == DECIDED:
             found.append(unpacked(bounds, states))
             continue
-        width = piece[:, 1] - piece[:, 0]
-        cut = int(width.argmax())
-        if used + len(todo) >= PIECES or not width[cut] > 1e-12 * piece[cut, 1]:
+        halves = _halved(part, piece)
+        if used + len(todo) >= PIECES or not halves:
             return None
-        middle = 0.5 * piece[cut].sum()
-        for half in ((piece[cut, 0], middle), (middle, piece[cut, 1])):
-            part = np.ascontiguousarray(piece.copy())
-            part[cut] = half
-            todo.append(part)
+        todo += halves
     return found
+
+
+def _halved(mass: RoutedMass, lengths: Bounds) -> list[tuple[RoutedMass, Bounds]]:
+    """Cut the load where it is vague, else the widest length; nothing where both are exact."""
+    if _share(mass) > VAGUE:
+        row = int((mass.load[:, 1] - mass.load[:, 0]).argmax())
+        return [(replace(mass, load=half), lengths) for half in _cut(mass.load, row)]
+    row = int((lengths[:, 1] - lengths[:, 0]).argmax())
+    if not lengths[row, 1] - lengths[row, 0] > 1e-12 * lengths[row, 1]:
+        return []
+    return [(mass, half) for half in _cut(lengths, row)]
+
+
+def _cut(bounds: Bounds, row: int) -> list[Bounds]:
+    """Return bounds (n, 2) with one row in two halves."""
+    low, high = bounds.copy(), bounds.copy()
+    low[row, 1] = high[row, 0] = 0.5 * bounds[row].sum()
+    return [low, high]

@@ -45,7 +45,7 @@ MANY_REASON = "more than six taut cables, which share the load by their stretch,
 MOST_LOADS = 20.0
 """Tensions of elastic cables that count as high, over the load: poses with higher ones exist where ropes are
 stretched into one plane, which no platform is built for."""
-HIGH_CELLS = 50_000
+HIGH_CELLS = 20_000
 """Cells spent on high tensions in one subset."""
 MOST_CELLS = 5_000
 """More cells than this are one region."""

@@ -33,7 +33,7 @@ def refuses(robot: Robot, force: Point = NO_FORCE) -> str | None:
 def refuses_to_follow(robot: Robot) -> str | None:
     """Return why a platform cannot be tracked from length to length; None where it can."""
     if robot.is_elastic:
-        return "platforms on elastic cables cannot be tracked yet"
+        return "platforms on elastic cables are not supported here yet"
     return "platforms on pulleys cannot be tracked yet" if robot.has_pulleys else None
 
 
