@@ -148,7 +148,11 @@ def look_at(real: Any, C: Any, lane: int, turned: float, desk: Any) -> bool:
         above = 0.5 * reach * reach / sigma
         below = 0.0
         if real.radius[i] > 0.0:
-            below = max(0.0, (real.arm[i] + real.radius[i]) / seen[i, LEAST_SIDE] - 1.0) * above
+            # By how much a may turn at all, or by the second derivative.
+            below = min(2.0 * reach, (reach + seen[i, DRIFT]) / sigma * reach)
+            if seen[i, LEAST_SIDE] > 0.0:
+                bend = max(0.0, (real.arm[i] + real.radius[i]) / seen[i, LEAST_SIDE] - 1.0)
+                below = min(below, bend * above)
         near = seen[i, OFF_LENGTH] + 2.0 * seen[i, OFF_POINT] * reach / sigma
         desk.bounds[i, 1] = high - seen[i, PATH] + (delta + below + near) * (1.0 + 1e-12)
         desk.bounds[i, 0] = -math.inf
