@@ -100,6 +100,8 @@ def build(
         paths=paths,
         compliance=compliance,
         elastic=bool((compliance[:n_taut, 1] > 0.0).any()),
+        cap=np.inf,
+        above=False,
         load=force[0],
         load_err=force_err[0],
         size=platform_size(arms[:n_taut]),
@@ -131,6 +133,18 @@ def model_for(problem: Problem, taut: Sequence[int], *, slack: bool = True) -> R
     cables = cables_of(problem)
     others = [i for i in range(len(cables)) if i not in taut] if slack else []
     return build([cables[i] for i in (*taut, *others)], problem.load, len(taut))
+
+
+def in_halves(real: RealModel, cap: float) -> tuple[RealModel, RealModel]:
+    """Return arrays for equilibria with no tension of an elastic cable above ``cap`` N, and for the others.
+
+    A tension of at most ``cap`` stretches a cable by at most so much.
+    """
+    paths = real.paths.copy()
+    stretched = (real.lengths[:, 1] + real.compliance[:, 1] * cap) * (1.0 + 1e-14)
+    is_elastic = (real.compliance[:, 1] > 0.0) & (np.arange(len(paths)) < real.n_taut)
+    paths[is_elastic, 1] = np.minimum(paths[is_elastic, 1], stretched[is_elastic])
+    return real._replace(paths=paths), real._replace(cap=cap, above=True)
 
 
 def _paths(

@@ -52,6 +52,10 @@ class RealModel(NamedTuple):
     """(N, 2) bounds of 1 / k, the stretch by 1 N; 0 of cables that do not stretch."""
     elastic: bool
     """Some taut cable stretches."""
+    cap: float
+    """Tensions that count as high, N."""
+    above: bool
+    """Only equilibria at which a cable that stretches has a tension above ``cap`` are asked for."""
     load: Floats
     """(3,) f."""
     load_err: Floats

@@ -118,7 +118,7 @@ def polynomial(real: Any, F: Forms, C: LaneArray, lane: int, desk: Any) -> None:
         held[lane, k] = 0.0
     for k in range(6):
         held[lane, BOX + k] = C[0, 6 + k, lane]
-    if real.n_taut >= 3 and taylor(real, F, lane, desk):
+    if real.n_taut >= 3 and holds(real, C, lane, desk) and taylor(real, F, lane, desk):
         reach = 0.0
         for k in range(3):
             total = 0.0
@@ -139,6 +139,17 @@ def polynomial(real: Any, F: Forms, C: LaneArray, lane: int, desk: Any) -> None:
         C[0, 6 + 2 * k, lane] = -up(up(c - C[0, 6 + 2 * k, lane]) + far)
         C[0, 7 + 2 * k, lane] = up(up(C[0, 7 + 2 * k, lane] - c) + far)
     held[lane, FORMED] = 1.0
+
+
+@kernel()
+def holds(real: Any, C: LaneArray, lane: int, desk: Any) -> bool:
+    """Return True where the lengths of the triple, stretch and all, hold the position better than its box."""
+    widest, loosest = 0.0, 0.0
+    for k in range(3):
+        i = real.triple[k]
+        widest = max(widest, C[0, 7 + 2 * k, lane] - C[0, 6 + 2 * k, lane])
+        loosest = max(loosest, desk.seen[i, HIGHEST] - desk.seen[i, LOWEST])
+    return bool(loosest < 0.5 * widest)
 
 
 @kernel()

@@ -148,7 +148,11 @@ def look_at(real: Any, C: Any, lane: int, turned: float, desk: Any) -> bool:
         above = 0.5 * reach * reach / sigma
         below = 0.0
         if real.radius[i] > 0.0:
-            below = max(0.0, (real.arm[i] + real.radius[i]) / seen[i, LEAST_SIDE] - 1.0) * above
+            # By how much a may turn at all, or by the second derivative.
+            below = min(2.0 * reach, (reach + seen[i, DRIFT]) / sigma * reach)
+            if seen[i, LEAST_SIDE] > 0.0:
+                bend = max(0.0, (real.arm[i] + real.radius[i]) / seen[i, LEAST_SIDE] - 1.0)
+                below = min(below, bend * above)
         near = seen[i, OFF_LENGTH] + 2.0 * seen[i, OFF_POINT] * reach / sigma
         desk.bounds[i, 1] = high - seen[i, PATH] + (delta + below + near) * (1.0 + 1e-12)
         desk.bounds[i, 0] = -math.inf
@@ -242,6 +246,21 @@ def held_up(real: Any, C: Any, lane: int, desk: Any) -> bool:
                 v1 += desk.seen[place, WAY + 1] / away
                 v2 += desk.seen[place, WAY + 2] / away
     return True
+
+
+@kernel()
+def below_cap(real: Any, C: Any, lane: int, desk: Any) -> bool:
+    """Return True when no tension of a taut cable that stretches is above the cap in a cell."""
+    found = True
+    for i in range(real.n_taut):
+        seen = desk.seen
+        far = seen[i, AWAY] + seen[i, REACH] + real.arm[i]
+        if desk.smooth[i]:
+            off = (1.0 + real.radius[i] / seen[i, LEAST_FREE]) * seen[i, REACH] + 2.0 * seen[i, OFF_POINT]
+            far = seen[i, FREE] + off
+        most = C[0, DENSITIES + 2 * i + 1, lane] * far * (1.0 + 1e-12)
+        found = found and (real.compliance[i, 1] == 0.0 or most <= real.cap)
+    return found
 
 
 @kernel()
@@ -453,6 +472,8 @@ def survey(real: Any, F: Any, C: Any, lane: int, desk: Any) -> int:
         if not look_at(real, C, lane, turned, desk):
             return EMPTY
         if real.elastic and real.statics and not held_up(real, C, lane, desk):
+            return EMPTY
+        if real.above and below_cap(real, C, lane, desk):
             return EMPTY
         size = desk.seen[0, SIZE]
         for _ in range(SHAVINGS):

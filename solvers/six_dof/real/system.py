@@ -50,7 +50,7 @@ from solvers.six_dof.real.columns import (
     SIZE,
     WRAP,
 )
-from solvers.six_dof.real.path import ROUNDING, around, see
+from solvers.six_dof.real.path import LEAST_SHARE, ROUNDING, around, see
 
 PACE = Pace(converged=1e-14, stalled=1e-9, fresh=1e-3, slow=0.1, lost=1e6)
 """Newton's steps; unknowns lie near 1, in units near the platform's own."""
@@ -130,7 +130,9 @@ def see_over(real: Any, i: int, middle: Any, turned: float, z: Any, seen: Any) -
     see(real, i, x[0], x[1], x[2], seen)
     reach = math.sqrt(total) + 2.0 * turned * real.arm_lengths[i]
     reach = reach * (1.0 + 1e-12) + ROUNDING * seen[i, SIZE]
-    return reach if around(real, i, reach, seen) else math.inf
+    if not around(real, i, reach, seen) or seen[i, LEAST_SIDE] <= LEAST_SHARE * seen[i, SIZE]:
+        return math.inf
+    return reach
 
 
 @kernel()
