@@ -5,7 +5,8 @@ once. Then all equations become forms (``shape``), whose tests are those of ever
 cables, the balance of forces; what is left is contracted by all equations at once.
 
 Arrays: as in ``cells.tests``; a cell has the columns ``REAL_COLUMNS``; ``context`` is a ``RealContext``,
-``real`` a ``RealModel``, ``desk`` a ``Desk``; ``roots`` (m, 1 + 2 (6 + n)) as in ``cells.bounds``.
+``real`` is a ``RealModel``, ``desk`` is a ``Desk``, ``held`` (LANES, HELD) its; ``roots`` (m, 1 + 2 (6 + n))
+as in ``cells.bounds``.
 """
 
 from __future__ import annotations

@@ -14,7 +14,8 @@ margin, a change of X: L has slope one, T a slope of at most max(r / sigma, (h +
 after that is off by a few units of ``SIZE``, by rho / sigma times as many where the anchor is near the
 pulley.
 
-Arrays: ``real`` is a ``RealModel``; ``seen`` (N, SEEN) the cables seen from X, columns as in ``columns``.
+Arrays: ``real`` is a ``RealModel``; ``seen`` (N, SEEN) the cables seen from X, columns as in
+``real.columns``.
 """
 
 from __future__ import annotations

@@ -11,7 +11,8 @@ the error LOOSE of ``path.around``, which widens s_i. The wrench about the centr
 e_i), e_i = y_i - v - R b_i but for the error DRIFT.
 
 Arrays: ``F``, ``W``, ``C`` as in ``cells.tests``, ``F`` with the rows of ``rows``; ``desk`` is a
-``survey.Desk``, ``real`` a ``RealModel``.
+``survey.Desk``, ``real`` is a ``RealModel``; ``held`` (LANES, HELD) and ``spots`` (n, SPOT, LANES) are the
+desk's.
 """
 
 from __future__ import annotations

@@ -14,8 +14,8 @@ over the ball around that by how fast it changes there (``path``). dT/dX = N cha
 for one unit of X, and de/dX = N - I.
 
 Arrays: ``real`` is a ``RealModel``; ``z`` (6 + n, 2) a box, ``f`` (6 + n, 2), ``J`` (6 + n, 6 + n, 2) bounds;
-``C`` (6 + n, 6 + n) is about the inverse of J; ``seen`` (N, SEEN) cables as in ``path``; ``at`` is a
-``Bench``.
+``C`` (6 + n, 6 + n) is about the inverse of J; ``seen`` (N, SEEN) cables as in ``real.path``; ``at`` is a
+``Bench``; ``R`` (3, 3, 2) and ``dR`` (3, 3, 3, 2) bound R(u) and its derivatives.
 """
 
 from __future__ import annotations
