@@ -23,6 +23,8 @@ from solvers.routed_mass.pose import (
     stability_of,
 )
 
+Part = tuple[RoutedMass, Bounds, Fields]
+"""A robot, (N, 2) lengths in m, and the only pose."""
 VAGUE = 0.02
 """Share of the load up to which its range is not cut: tensions are proved within it."""
 PIECES = 64
@@ -40,8 +42,8 @@ def find_all(mass: RoutedMass, lengths: Bounds, effort: Effort) -> Found:
     looked = [(part, data_for(part, piece), fields) for part, piece, fields in parts]
     outward = all(hangs_outward(*one) for one in looked)
     stable = all(stability_of(*one) is Stability.STABLE for one in looked)
-    whole = noted(hull([fields for _, _, fields in parts]), mass)
     stability = Stability.STABLE if stable else Stability.UNDECIDED
+    whole = noted(hull([fields for _, _, fields in parts]), mass)
     return Found((whole,), (stability,), by_convexity=outward)
 
 
@@ -51,9 +53,9 @@ def _share(mass: RoutedMass) -> float:
     return width if width > 1e-12 else 0.0
 
 
-def _parts(mass: RoutedMass, lengths: Bounds) -> list[tuple[RoutedMass, Bounds, Fields]] | None:
+def _parts(mass: RoutedMass, lengths: Bounds) -> list[Part] | None:
     """Return the parts of the ranges, each with its only pose; None where a part is not proved."""
-    todo, found = [(mass, lengths)], list[tuple[RoutedMass, Bounds, Fields]]()
+    todo, found = [(mass, lengths)], list[Part]()
     used = 0
     while todo:
         part, piece = todo.pop()

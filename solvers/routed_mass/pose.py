@@ -145,7 +145,7 @@ class _Hunt:
     stability: list[Stability] = field(default_factory=list)
     regions: list[Bounds] = field(default_factory=list)
     zeros: list[_Zero] = field(default_factory=list)
-    """Of the poses that are proved, `first` included."""
+    """Of the poses that are proved, the first one included."""
 
     def run(self, first: tuple[Any, ...]) -> None:
         """Look at everything that may hold a pose, finer and finer.
@@ -406,7 +406,9 @@ def _first(mass: RoutedMass, data: Routed, proved: bool) -> _First:
     states, tension, distance = np.empty(count, dtype=np.int64), np.empty((count, 2)), np.empty((count, 2))
     if not tied_tensions(data, box, states, tension, distance):
         return _First()
-    return _First(_filled(mass, box, tension, distance, states), True)
+    fields = _filled(mass, box, tension, distance, states)
+    # Wherever all ropes leave outward there is no other pose.
+    return _First(fields, True, zero=_Zero(box, box))
 
 
 def _widened(data: Routed, taut: States, x: NDArray[np.float64], zero: Bounds, domain: Bounds) -> Bounds:

@@ -34,6 +34,7 @@ from solvers.six_dof.clusters import anywhere, connected
 from solvers.six_dof.forward import MOST_TAUT, Found, subsets
 from solvers.six_dof.real.build import in_halves, model_for
 from solvers.six_dof.real.columns import REAL_COLUMNS
+from solvers.six_dof.real.model import RealModel
 from solvers.six_dof.real.subset import RealSearch
 from solvers.six_dof.solution import height, length_ball, nominal, origin
 
@@ -42,9 +43,11 @@ Floats = NDArray[np.float64]
 NO_POSE = "no static pose: every taut subset is excluded"
 OFF_REASON = "the pose is proved, but one of its other cables has no path there"
 MANY_REASON = "more than six taut cables, which share the load by their stretch, are not looked at yet"
-MOST_LOADS = 20.0
-"""Tensions of elastic cables that count as high, over the load: poses with higher ones exist where ropes are
-stretched into one plane, which no platform is built for."""
+MOST_LOADS, LEAST_LOADS = 20.0, 3.0
+"""Tensions of elastic cables that count as high, over the load, at most and at least: poses with higher ones
+exist where ropes are stretched into one plane, which no platform is built for."""
+MOST_STRAIN = 0.02
+"""Within these, tensions that stretch a cable by more than this share of its length count as high."""
 HIGH_CELLS = 20_000
 """Cells spent on high tensions in one subset."""
 MOST_CELLS = 5_000
@@ -94,7 +97,7 @@ class RealRun:
         if not real.elastic:
             self.search_all(taut, RealSearch(real, self.budget, self.options.threads), found)
             return
-        cap = MOST_LOADS * float(np.linalg.norm(real.load))
+        cap = cap_of(real)
         low, high = in_halves(real, cap)
         self.search_all(taut, RealSearch(low, self.budget, self.options.threads), found)
         if self.budget.stop() is None:
@@ -167,6 +170,15 @@ class RealRun:
             cells=sum(f.cells for _, f, _ in self.found),
             message=NO_POSE if nothing else "",
         )
+
+
+def cap_of(real: RealModel) -> float:
+    """Return the tension from which on those of elastic cables count as high, N."""
+    load = float(np.linalg.norm(real.load))
+    elastic = real.compliance[: real.n_taut, 1] > 0.0
+    lengths, compliance = real.lengths[: real.n_taut][elastic], real.compliance[: real.n_taut][elastic]
+    strained = MOST_STRAIN * float((lengths[:, 0] / compliance[:, 1]).min())
+    return min(MOST_LOADS * load, max(LEAST_LOADS * load, strained))
 
 
 def report_of(taut: tuple[int, ...], found: Found, seconds: float) -> SubsetReport:

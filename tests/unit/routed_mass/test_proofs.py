@@ -69,9 +69,9 @@ def test_no_pose_is_proved_inside_the_pulley_of_a_slack_cable(k):
         lengths = np.array([(middle - 0.01, middle + 0.01), (6.0, 6.0)])
         found = find_all(mass, lengths, Effort.of(1.0, 4000))
         assert not (found.complete and found.poses), middle
-    found = find_all(mass, exact(2.0, 6.0), Effort.of(None, None))
+    found = find_all(mass, exact(2.0, 6.0), Effort.of(3.0, None))
     assert not found.poses
-    found = find_all(mass, exact(1.5, 6.0), Effort.of(None, None))
+    found = find_all(mass, exact(1.5, 6.0), Effort.of(3.0, None))
     assert len(found.poses) == 1 and found.complete
 
 
@@ -150,7 +150,7 @@ def pulled(x, load_share, k=400):
 
 def stability_at(made):
     """Return what is said of the pose that a robot was made for."""
-    found = find_all(made.mass(), made.bounds(), Effort.of(None, None))
+    found = find_all(made.mass(), made.bounds(), Effort.of(5.0, None))
     said = [
         (stability, found.by_convexity)
         for fields, stability in zip(found.poses, found.stability, strict=True)
@@ -185,7 +185,7 @@ def test_a_mass_that_leans_inward_alone_is_not_stable():
     length, along = way(line, x)
     made = Made([line], 30.0 * along, np.array([length - 30.0 / 500.0]), x)
     assert curvatures(made)[0] < 0
-    found = find_all(made.mass(), made.bounds(), Effort.of(None, None))
+    found = find_all(made.mass(), made.bounds(), Effort.of(5.0, None))
     inside = [
         stability
         for fields, stability in zip(found.poses, found.stability, strict=True)
@@ -210,7 +210,7 @@ def test_more_tight_cables_than_needed_leave_a_narrow_box(spring):
     if spring:
         lengths[4] -= 0.02
     made = Made(lines, np.array([0.0, 0.0, -50.0]), lengths, x)
-    found = find_all(made.mass(), made.bounds(), Effort.of(None, None))
+    found = find_all(made.mass(), made.bounds(), Effort.of(5.0, None))
     assert found.complete and len(found.poses) == 1
     (fields,) = found.poses
     lo, hi = fields.position.T
