@@ -10,7 +10,7 @@ import pytest
 from cdpr_interval import load_robot
 from cdpr_interval.errors import CdprError, NotSupportedError
 from cdpr_interval.robots.cable_robot import Elasticity, Robot
-from solvers import Outcome, forward_kinematics
+from solvers import Outcome, Tracker, forward_kinematics, motion
 from solvers.answers.data import Stability
 
 IRMA_LENGTHS = ["1.6463246530", "1.0786153083", "1.6421042936", "2.0556154675"]
@@ -183,3 +183,12 @@ def test_more_than_six_elastic_cables_are_not_passed_over() -> None:
     result = forward_kinematics(stretchy, [8] * 8, cell_limit=2_000)
     assert result.outcome is Outcome.INCOMPLETE
     assert any("more than six" in region.reason for region in result.undecided)
+
+
+def test_motions_and_trackers_of_such_platforms_are_refused() -> None:
+    """They would follow straight cables."""
+    courses = [(0, [1.7, 1.7, 1.7, 1.7]), (1, [1.71, 1.7, 1.7, 1.7])]
+    with pytest.raises(NotSupportedError, match="pulleys cannot be tracked yet"):
+        motion(irma4u(), courses)
+    with pytest.raises(NotSupportedError, match="pulleys cannot be tracked yet"):
+        Tracker(irma4u())
