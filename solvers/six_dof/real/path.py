@@ -130,9 +130,10 @@ def around(real: Any, i: int, reach: float, seen: Any) -> bool:
     seen[i, LEAST_FREE], seen[i, LEAST_SIDE] = sigma, side
     if not (sigma > LEAST_SHARE * size and side > LEAST_SHARE * size):
         return False
-    # No way around the pulley's centre: psi stays on its branch, whose cut is where no rope leaves.
+    # No way around the pulley's centre: psi stays on its branch, whose cut is where no rope leaves. The rope
+    # touches the pulley all over the ball: past theta_K it would run straight from C.
     turn = reach / sigma + 1e-9
-    if not (-LOWEST_WRAP + turn < seen[i, WRAP] < math.pi - turn):
+    if not (-LOWEST_WRAP + turn < seen[i, WRAP] < real.lift_off[i] - turn):
         return False
     if seen[i, SIDE] - h <= 0.0 and not abs(seen[i, HEIGHT]) > reach + off:
         return False

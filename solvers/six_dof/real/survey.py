@@ -283,8 +283,8 @@ def shell(
 ) -> None:
     """Write between which distances from A - R(u_c) b the path of a cable keeps the centre of mass.
 
-    L - |X - A| lies between two constants, and where the cable is smooth it has slope a - (X - A) / |X - A|,
-    at most (h + r) / (|X - A| - h - r) since T is within h + r of A.
+    L - |X - A| lies between two constants, also of a rope that has lifted off; where the cable is smooth it
+    has slope a - (X - A) / |X - A|, at most (h + r) / (|X - A| - h - r) since T is within h + r of A.
     """
     seen = desk.seen
     for k in range(3):
