@@ -62,7 +62,8 @@ def see(real: Any, i: int, x0: float, x1: float, x2: float, seen: Any) -> None:
     g0, g1, g2 = x0 - real.exits[i, 0], x1 - real.exits[i, 1], x2 - real.exits[i, 2]
     away = math.sqrt(g0 * g0 + g1 * g1 + g2 * g2)
     size = away + h + r + real.fixed[i] + abs(x0) + abs(x1) + abs(x2)
-    size += abs(real.exits[i, 0]) + abs(real.exits[i, 1]) + abs(real.exits[i, 2])
+    # The arm: X is the sum of the platform's position and a turned arm, either far from where both end.
+    size += abs(real.exits[i, 0]) + abs(real.exits[i, 1]) + abs(real.exits[i, 2]) + real.arm_lengths[i]
     seen[i, AWAY], seen[i, SIZE] = away, size
     if r == 0.0:
         seen[i, PATH], seen[i, FREE], seen[i, SIDE], seen[i, RHO] = real.fixed[i] + away, away, away, away
