@@ -90,7 +90,7 @@ class RealRun:
         if search.stop is not Stop.EXHAUSTED:
             found.pending = max(found.pending, 1)
             self.stopped = search.stop
-        for root in distinct([Root(r.chart, r.box, r.unique, r.box) for r in search.roots]):
+        for root in distinct([Root(r.chart, r.box, r.unique, r.core) for r in search.roots]):
             solution = solution_of(self.problem, self.options, taut, root)
             if isinstance(solution, Undecided):
                 found.undecided.append(solution)

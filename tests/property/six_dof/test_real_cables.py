@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from fractions import Fraction
 
 import numpy as np
@@ -9,12 +10,15 @@ import pytest
 
 from cdpr_interval.engine.budget import Budget
 from cdpr_interval.engine.search import search
+from cdpr_interval.exact import balls
 from cdpr_interval.mechanics.orientation import quaternion_from_rotation
-from cdpr_interval.mechanics.rotation import chart_of
+from cdpr_interval.mechanics.rotation import chart_of, u_in
+from solvers.six_dof.cells.merge import distinct
+from solvers.six_dof.cells.roots import Root
 from solvers.six_dof.real.build import RealCable, Vector, build
 from solvers.six_dof.real.columns import DENSITIES, REAL_COLUMNS
 from solvers.six_dof.real.model import RealModel
-from solvers.six_dof.real.roots import RealRoot, rotation_of
+from solvers.six_dof.real.roots import RealRoot, root_near, rotation_of
 from solvers.six_dof.real.subset import RealSearch
 from solvers.six_dof.real.system import new_bench, system
 from tests.support.planted.pulleys import Floats, Planted, plant
@@ -146,3 +150,22 @@ def test_a_rope_that_lifts_off_its_pulley_is_not_one_that_touches_it() -> None:
     run.solve(cell.copy())
     assert not run.roots
     assert run.pending or len(run.undecided)
+
+
+@pytest.mark.parametrize(("seed", "half"), [(1, 5.67e-4), (2, 4e-4), (4, 4.67e-4), (5, 5e-4)])
+def test_a_pose_at_the_border_of_two_charts_is_one_pose_for_wide_ranges_too(seed: int, half: float) -> None:
+    """Its box is then nearly as large as the one in which it is proved to be alone."""
+    planted = plant(seed, 4)
+    quarter = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
+    body = planted.rotation.T @ quarter
+    real = replace(planted, arms=planted.arms @ body, rotation=quarter).real()
+    off = np.array([-half, half])
+    real = real._replace(lengths=real.lengths + off, paths=real.paths + off)
+    roots: list[Root] = []
+    for chart in (0, 1):
+        u = np.array(u_in(chart, quaternion_from_rotation(quarter)))
+        found = root_near(real, chart, np.concatenate([u, planted.position]), [])
+        assert found is not None
+        roots.append(Root(found.chart, found.box, found.unique, found.core))
+    with balls.precision():
+        assert len(distinct(roots)) == 1
