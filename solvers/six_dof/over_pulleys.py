@@ -116,7 +116,7 @@ class RealRun:
         if search.stop is not Stop.EXHAUSTED:
             found.pending = max(found.pending, 1)
             self.stopped = search.stop
-        known = [*self.roots.get(taut, []), *(Root(r.chart, r.box, r.unique, r.box) for r in search.roots)]
+        known = [*self.roots.get(taut, []), *(Root(r.chart, r.box, r.unique, r.core) for r in search.roots)]
         self.roots[taut] = distinct(known)
         if len(search.undecided):
             cells, reason = search.undecided, search.reason

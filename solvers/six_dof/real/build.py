@@ -79,6 +79,11 @@ def build(
     compliance = np.array([_outward(*c.compliance) for c in cables])
     least = np.where(radius > 0.0, fixed - radius * (1.5 * np.pi) - arm - radius, fixed)
     most = np.where(radius > 0.0, fixed + radius * np.pi + arm, fixed)
+    # The rope of a longer arm lifts off the pulley at theta_K, and is then as long as |X - C|.
+    lifts = np.array([c.radius > 0 and c.pulley_arm > c.radius for c in cables])
+    lift_off = np.where(lifts, angle - fixed_err / np.maximum(radius, 1e-300), np.pi)
+    least = np.where(lifts, np.minimum(least, -lead), least)
+    most = np.where(lifts, np.maximum(most, lead), most)
     margin = shift[:, 0] + 1e-12 * (1.0 + arm)
     reach = np.linalg.norm(arms, axis=1) + np.linalg.norm(arms_err, axis=1)
     paths = _paths(exits, reach, arm + radius, lengths, compliance, most + margin, force[0], n_taut)
@@ -91,6 +96,7 @@ def build(
         radius=radius,
         arm=arm,
         fixed=fixed,
+        lift_off=np.minimum(lift_off, np.pi),
         least_excess=least - margin,
         most_excess=most + margin,
         shift=shift,

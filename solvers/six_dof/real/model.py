@@ -32,7 +32,9 @@ class RealModel(NamedTuple):
     arm: Floats
     """(N,) h >= r, from A to the pulley's centre."""
     fixed: Floats
-    """(N,) |CK| + r theta_K: L = fixed - r psi + sigma."""
+    """(N,) |CK| + r theta_K: L = fixed - r psi + sigma while the rope touches the pulley."""
+    lift_off: Floats
+    """(N,) theta_K from below: from there on psi the rope may run past the pulley, straight from C."""
     least_excess: Floats
     """(N,) L - |X - A| is at least this, wherever X is;"""
     most_excess: Floats

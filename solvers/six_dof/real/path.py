@@ -63,7 +63,8 @@ def see(real: Any, i: int, x0: float, x1: float, x2: float, seen: Any) -> None:
     g0, g1, g2 = x0 - real.exits[i, 0], x1 - real.exits[i, 1], x2 - real.exits[i, 2]
     away = math.sqrt(g0 * g0 + g1 * g1 + g2 * g2)
     size = away + h + r + real.fixed[i] + abs(x0) + abs(x1) + abs(x2)
-    size += abs(real.exits[i, 0]) + abs(real.exits[i, 1]) + abs(real.exits[i, 2])
+    # The arm: X is the sum of the platform's position and a turned arm, either far from where both end.
+    size += abs(real.exits[i, 0]) + abs(real.exits[i, 1]) + abs(real.exits[i, 2]) + real.arm_lengths[i]
     seen[i, AWAY], seen[i, SIZE] = away, size
     if r == 0.0:
         seen[i, PATH], seen[i, FREE], seen[i, SIDE], seen[i, RHO] = real.fixed[i] + away, away, away, away
@@ -134,9 +135,10 @@ def around(real: Any, i: int, reach: float, seen: Any) -> bool:
     seen[i, LEAST_FREE], seen[i, LEAST_SIDE] = sigma, side
     if not (sigma > LEAST_SHARE * size and seen[i, SIDE] > 0.0):
         return False
-    # No way around the pulley's centre: psi stays on its branch, whose cut is where no rope leaves.
+    # No way around the pulley's centre: psi stays on its branch, whose cut is where no rope leaves. The rope
+    # touches the pulley all over the ball: past theta_K it would run straight from C.
     turn = reach / sigma + 1e-9
-    if not (-LOWEST_WRAP + turn < seen[i, WRAP] < math.pi - turn):
+    if not (-LOWEST_WRAP + turn < seen[i, WRAP] < real.lift_off[i] - turn):
         return False
     if seen[i, SIDE] - h <= 0.0 and not abs(seen[i, HEIGHT]) > reach + off:
         return False

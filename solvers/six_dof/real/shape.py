@@ -39,6 +39,7 @@ from cdpr_interval.kernels.second_order import (
     scale,
     widen,
 )
+from cdpr_interval.mechanics.six_dof.geometry import middle_and_radius
 from cdpr_interval.mechanics.six_dof.rows import (
     DIMENSIONS,
     LOAD,
@@ -246,10 +247,9 @@ def position_rows(F: Forms, C: LaneArray, held: Any, S: Symbols) -> None:
     """Write v = p~ - p_c + w to POSITION; w has the bounds in columns 6..11 of the cells."""
     for k in range(3):
         lo, hi = load(C, 0, 6 + 2 * k), load(C, 0, 7 + 2 * k)
-        middle = 0.5 * (lo + hi)
+        # The very radius that cuts are made by.
+        middle, radius = middle_and_radius(lo, hi)
         constant(F, POSITION + k, middle, splat(0.0), S)
-        above, below = hi - middle, middle - lo
-        radius = inflate_lanes(0.5 * (above + below) + 0.5 * abs(above - below), splat(0.0), 8.0)
         store(F, POSITION + k, 1 + U_SYMBOLS + k, radius)
         for lane in range(held.shape[0]):
             for a in range(3):

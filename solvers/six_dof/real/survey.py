@@ -303,8 +303,8 @@ def shell(
 ) -> None:
     """Write between which distances from A - R(u_c) b the path of a cable keeps the centre of mass.
 
-    L - |X - A| lies between two constants, and where the cable is smooth it has slope a - (X - A) / |X - A|,
-    at most (h + r) / (|X - A| - h - r) since T is within h + r of A.
+    L - |X - A| lies between two constants, also of a rope that has lifted off; where the cable is smooth it
+    has slope a - (X - A) / |X - A|, at most (h + r) / (|X - A| - h - r) since T is within h + r of A.
     """
     seen = desk.seen
     for k in range(3):
@@ -441,7 +441,10 @@ def cut_by_triple(real: Any, C: Any, lane: int, size: float, desk: Any) -> bool:
             return True
     if not invert(desk.seen, triple, desk.inverse):
         return True
-    widest = half_width(C, lane, 0) + half_width(C, lane, 1) + half_width(C, lane, 2)
+    # The box may have been cut to one side of the centre.
+    total = 0.0
+    for k in range(3):
+        total += farthest(C, lane, k, desk.held[lane, CENTRE + k])
     for k in range(3):
         low, high, most = 0.0, 0.0, 0.0
         for j in range(3):
@@ -450,7 +453,7 @@ def cut_by_triple(real: Any, C: Any, lane: int, size: float, desk: Any) -> bool:
             low += min(a, b)
             high += max(a, b)
             most += abs(m)
-        off = ROUNDING * most * (3.0 * widest + abs(low) + abs(high))
+        off = 8.0 * ROUNDING * (1.0 + most) * (total + abs(low) + abs(high))
         narrow(C, lane, k, desk.held[lane, CENTRE + k], low - off, high + off, size)
     return not empty_box(C, lane)
 
