@@ -1,4 +1,4 @@
-"""Platforms on cables over pulleys: every static pose of every subset of taut cables, as it is reported."""
+"""Platforms on pulleys, on elastic cables, or both: every static pose of every subset of taut cables."""
 
 from __future__ import annotations
 
@@ -30,10 +30,11 @@ from solvers.answers.data import (
 from solvers.questions.problem import Options, Problem, Progress
 from solvers.six_dof.cells.merge import distinct
 from solvers.six_dof.cells.roots import Root, pose_of
-from solvers.six_dof.clusters import connected
-from solvers.six_dof.forward import Found, subsets
-from solvers.six_dof.real.build import model_for
+from solvers.six_dof.clusters import anywhere, connected
+from solvers.six_dof.forward import MOST_TAUT, Found, subsets
+from solvers.six_dof.real.build import in_halves, model_for
 from solvers.six_dof.real.columns import REAL_COLUMNS
+from solvers.six_dof.real.model import RealModel
 from solvers.six_dof.real.subset import RealSearch
 from solvers.six_dof.solution import height, length_ball, nominal, origin
 
@@ -41,6 +42,14 @@ Floats = NDArray[np.float64]
 
 NO_POSE = "no static pose: every taut subset is excluded"
 OFF_REASON = "the pose is proved, but one of its other cables has no path there"
+MANY_REASON = "more than six taut cables, which share the load by their stretch, are not looked at yet"
+MOST_LOADS, LEAST_LOADS = 20.0, 3.0
+"""Tensions of elastic cables that count as high, over the load, at most and at least: poses with higher ones
+exist where ropes are stretched into one plane, which no platform is built for."""
+MOST_STRAIN = 0.02
+"""Within these, tensions that stretch a cable by more than this share of its length count as high."""
+HIGH_CELLS = 20_000
+"""Cells spent on high tensions in one subset."""
 MOST_CELLS = 5_000
 """More cells than this are one region."""
 
@@ -69,6 +78,7 @@ class RealRun:
         self.total = len(subsets(problem))
         self.found: list[tuple[tuple[int, ...], Found, float]] = []
         self.stopped: Stop | None = None
+        self.roots: dict[tuple[int, ...], list[Root]] = {}
 
     def solve_subset(self, taut: tuple[int, ...]) -> None:
         """Solve one subset and keep what it gives."""
@@ -78,26 +88,50 @@ class RealRun:
             found.pending = 1
         else:
             self.search(taut, found)
+            self.report_roots(taut, found)
         self.found.append((taut, found, time.perf_counter() - started))
 
     def search(self, taut: tuple[int, ...], found: Found) -> None:
-        """Search one subset and turn its roots into solutions."""
+        """Search one subset; where cables stretch low tensions first, then, for some time, high ones."""
         real = model_for(self.problem, taut, slack=not self.options.ignore_slack)
-        search = RealSearch(real, self.budget, self.options.threads, self.reporter(found))
+        if not real.elastic:
+            self.search_all(taut, RealSearch(real, self.budget, self.options.threads), found)
+            return
+        cap = cap_of(real)
+        low, high = in_halves(real, cap)
+        self.search_all(taut, RealSearch(low, self.budget, self.options.threads), found)
+        if self.budget.stop() is None:
+            why = f"tensions above {cap:.3g} N are not excluded here"
+            last = RealSearch(high, self.budget, self.options.threads, most_cells=HIGH_CELLS, beyond=why)
+            self.search_all(taut, last, found)
+        else:
+            found.pending = max(found.pending, 1)
+
+    def search_all(self, taut: tuple[int, ...], search: RealSearch, found: Found) -> None:
+        """Run a search and turn its roots into solutions."""
+        search.report = self.reporter(found)
         search.solve()
         found.cells += search.cells
         found.pending += search.pending
         if search.stop is not Stop.EXHAUSTED:
             found.pending = max(found.pending, 1)
             self.stopped = search.stop
-        for root in distinct([Root(r.chart, r.box, r.unique, r.box) for r in search.roots]):
+        known = [*self.roots.get(taut, []), *(Root(r.chart, r.box, r.unique, r.core) for r in search.roots)]
+        self.roots[taut] = distinct(known)
+        if len(search.undecided):
+            cells, reason = search.undecided, search.reason
+            # What was not ended is no neighbourhood of anything.
+            ended = reason != search.beyond
+            found.undecided += (regions if ended else everywhere)(self.problem, taut, cells, reason)
+
+    def report_roots(self, taut: tuple[int, ...], found: Found) -> None:
+        """Add the solutions of the roots of one subset, each once."""
+        for root in self.roots.get(taut, []):
             solution = solution_of(self.problem, self.options, taut, root)
             if isinstance(solution, Undecided):
                 found.undecided.append(solution)
             elif solution is not None:
                 found.solutions.append(solution)
-        if len(search.undecided):
-            found.undecided += regions(self.problem, taut, search.undecided, search.reason)
 
     def reporter(self, found: Found) -> Report | None:
         """Return the callback that turns a search's state into a ``Progress``."""
@@ -121,6 +155,10 @@ class RealRun:
         pending = sum(f.pending for _, f, _ in self.found)
         solutions = [s for _, f, _ in self.found for s in f.solutions]
         undecided = [u for _, f, _ in self.found for u in f.undecided]
+        count = len(self.problem.robot.cables)
+        if self.problem.taut is None and self.problem.robot.is_elastic and count > MOST_TAUT:
+            # Elastic cables share the load whatever their number.
+            undecided.append(anywhere(self.problem, tuple(range(count)), MANY_REASON))
         reason = StopReason(stop.value) if stop is not None and pending else StopReason.EXHAUSTED
         nothing = not (solutions or undecided or pending)
         return Answer(
@@ -132,6 +170,15 @@ class RealRun:
             cells=sum(f.cells for _, f, _ in self.found),
             message=NO_POSE if nothing else "",
         )
+
+
+def cap_of(real: RealModel) -> float:
+    """Return the tension from which on those of elastic cables count as high, N."""
+    load = float(np.linalg.norm(real.load))
+    elastic = real.compliance[: real.n_taut, 1] > 0.0
+    lengths, compliance = real.lengths[: real.n_taut][elastic], real.compliance[: real.n_taut][elastic]
+    strained = MOST_STRAIN * float((lengths[:, 0] / compliance[:, 1]).min())
+    return min(MOST_LOADS * load, max(LEAST_LOADS * load, strained))
 
 
 def report_of(taut: tuple[int, ...], found: Found, seconds: float) -> SubsetReport:
@@ -270,9 +317,12 @@ def stability_of(problem: Problem, view: list[Seen], densities: dict[int, arb], 
 
 
 def _spring(problem: Problem, i: int) -> arb | None:
-    """Return k of a cable of its length; None where it does not stretch."""
-    constant = problem.loaded.models[i].law.spring_constant(problem.lengths[i][0])
-    return None if constant is None else balls.from_fraction(constant)
+    """Enclose k of a cable of its length; None where it does not stretch."""
+    law = problem.loaded.models[i].law
+    ends = [law.spring_constant(end) for end in problem.lengths[i]]
+    if ends[0] is None or ends[1] is None:
+        return None
+    return balls.from_fraction(ends[0]).union(balls.from_fraction(ends[1]))
 
 
 def _beside(left: arb_mat, right: arb_mat) -> arb_mat:
@@ -290,7 +340,7 @@ def _corner(block: arb_mat) -> arb_mat:
 def regions(problem: Problem, taut: tuple[int, ...], cells: Floats, reason: str) -> list[Undecided]:
     """Return one entry for each connected cluster of undecided cells."""
     if len(cells) > MOST_CELLS:
-        return [_anywhere(problem, taut, cells, reason)]
+        return everywhere(problem, taut, cells, reason)
     found = []
     for group in connected(cells, REAL_COLUMNS.chart):
         chart = int(cells[group[0], REAL_COLUMNS.chart])
@@ -309,10 +359,10 @@ def _region(problem: Problem, taut: tuple[int, ...], pose: Pose, cells: int, rea
     return Undecided(taut, cells, reason, balls.bounds_array(origin(problem.robot, pose)), rotation)
 
 
-def _anywhere(problem: Problem, taut: tuple[int, ...], cells: Floats, reason: str) -> Undecided:
+def everywhere(problem: Problem, taut: tuple[int, ...], cells: Floats, reason: str) -> list[Undecided]:
     """Return one entry for all cells, whatever the rotation."""
     centre = balls.norm(balls.ranges(problem.loaded.centre_ranges))
     lo, hi = cells[:, 6:12:2].min(axis=0), cells[:, 7:12:2].max(axis=0)
     far = balls.to_bounds(centre)[1]
     position = np.stack([np.nextafter(lo - far, -np.inf), np.nextafter(hi + far, np.inf)], axis=1)
-    return Undecided(taut, len(cells), reason, position, np.tile(np.array([-1.0, 1.0]), (3, 3, 1)))
+    return [Undecided(taut, len(cells), reason, position, np.tile(np.array([-1.0, 1.0]), (3, 3, 1)))]

@@ -25,17 +25,15 @@ def refuses(robot: Robot, force: Point = NO_FORCE) -> str | None:
     """Return why this version cannot treat a platform under a force (N); None where it can."""
     if any(c.pulley is not None and c.pulley.joints == 2 and not c.pulley.is_plain for c in robot.cables):
         return "platforms on pulleys with two joints are not supported yet"
-    if robot.is_elastic:
-        return "elastic cables of a platform are not supported yet"
     if needs_real_cells(robot):
-        return uncertain_data(robot, force, asker="platforms on pulleys")
+        return uncertain_data(robot, force, asker="platforms on pulleys or elastic cables")
     return None
 
 
 def refuses_to_follow(robot: Robot) -> str | None:
     """Return why a platform cannot be tracked from length to length; None where it can."""
     if robot.is_elastic:
-        return "elastic cables of a platform are not supported yet"
+        return "platforms on elastic cables are not supported here yet"
     return "platforms on pulleys cannot be tracked yet" if robot.has_pulleys else None
 
 

@@ -11,7 +11,7 @@ import pytest
 from click.testing import CliRunner
 
 from cdpr_interval import load_robot
-from cdpr_interval.robots.cable_robot import Elasticity
+from cdpr_interval.robots.pulley import Pulley
 from solvers.answers.data import Answer, StopReason
 from solvers.answers.result import Result
 from solvers.cli import COMMANDS, cli
@@ -438,22 +438,15 @@ def test_validate_warns_of_what_is_hardly_meant_and_prints_notes(tmp_path):
 
 def test_validate_says_what_this_version_cannot_solve(tmp_path):
     robot = load_robot("uc2")
-    spring = Elasticity(stiffness=1e4)
-    for name, cables, reason in (
-        (
-            "elastic",
-            [cable.replace(elasticity=spring) for cable in robot.cables],
-            "elastic cables of a platform",
-        ),
-        ("mixed", [robot.cables[0].replace(elasticity=spring), robot.cables[1]], "elastic and inextensible"),
-    ):
-        path = tmp_path / f"{name}.yaml"
-        robot.replace(cables=cables).save(path)
-        result = run("validate", path)
-        assert result.exit_code == 0 and ": valid, " in result.stdout
-        (warning,) = lines(result)
-        assert warning.startswith(f"warning: this version cannot solve it: {reason}")
-        assert run(path, "--lengths", "7.5,8").exit_code == 2
+    pulley = Pulley("0.02", joints=2, lead_in=1)
+    path = tmp_path / "swinging.yaml"
+    robot.replace(cables=[cable.replace(pulley=pulley) for cable in robot.cables]).save(path)
+    result = run("validate", path)
+    assert result.exit_code == 0 and ": valid, " in result.stdout
+    (warning,) = lines(result)
+    reason = "platforms on pulleys with two joints"
+    assert warning.startswith(f"warning: this version cannot solve it: {reason}")
+    assert run(path, "--lengths", "7.5,8").exit_code == 2
 
 
 def test_validate_as_json(tmp_path):

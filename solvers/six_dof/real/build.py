@@ -79,6 +79,11 @@ def build(
     compliance = np.array([_outward(*c.compliance) for c in cables])
     least = np.where(radius > 0.0, fixed - radius * (1.5 * np.pi) - arm - radius, fixed)
     most = np.where(radius > 0.0, fixed + radius * np.pi + arm, fixed)
+    # The rope of a longer arm lifts off the pulley at theta_K, and is then as long as |X - C|.
+    lifts = np.array([c.radius > 0 and c.pulley_arm > c.radius for c in cables])
+    lift_off = np.where(lifts, angle - fixed_err / np.maximum(radius, 1e-300), np.pi)
+    least = np.where(lifts, np.minimum(least, -lead), least)
+    most = np.where(lifts, np.maximum(most, lead), most)
     margin = shift[:, 0] + 1e-12 * (1.0 + arm)
     reach = np.linalg.norm(arms, axis=1) + np.linalg.norm(arms_err, axis=1)
     paths = _paths(exits, reach, arm + radius, lengths, compliance, most + margin, force[0], n_taut)
@@ -91,6 +96,7 @@ def build(
         radius=radius,
         arm=arm,
         fixed=fixed,
+        lift_off=np.minimum(lift_off, np.pi),
         least_excess=least - margin,
         most_excess=most + margin,
         shift=shift,
@@ -100,6 +106,8 @@ def build(
         paths=paths,
         compliance=compliance,
         elastic=bool((compliance[:n_taut, 1] > 0.0).any()),
+        cap=np.inf,
+        above=False,
         load=force[0],
         load_err=force_err[0],
         size=platform_size(arms[:n_taut]),
@@ -131,6 +139,18 @@ def model_for(problem: Problem, taut: Sequence[int], *, slack: bool = True) -> R
     cables = cables_of(problem)
     others = [i for i in range(len(cables)) if i not in taut] if slack else []
     return build([cables[i] for i in (*taut, *others)], problem.load, len(taut))
+
+
+def in_halves(real: RealModel, cap: float) -> tuple[RealModel, RealModel]:
+    """Return arrays for equilibria with no tension of an elastic cable above ``cap`` N, and for the others.
+
+    A tension of at most ``cap`` stretches a cable by at most so much.
+    """
+    paths = real.paths.copy()
+    stretched = (real.lengths[:, 1] + real.compliance[:, 1] * cap) * (1.0 + 1e-14)
+    is_elastic = (real.compliance[:, 1] > 0.0) & (np.arange(len(paths)) < real.n_taut)
+    paths[is_elastic, 1] = np.minimum(paths[is_elastic, 1], stretched[is_elastic])
+    return real._replace(paths=paths), real._replace(cap=cap, above=True)
 
 
 def _paths(

@@ -5,7 +5,8 @@ once. Then all equations become forms (``shape``), whose tests are those of ever
 cables, the balance of forces; what is left is contracted by all equations at once.
 
 Arrays: as in ``cells.tests``; a cell has the columns ``REAL_COLUMNS``; ``context`` is a ``RealContext``,
-``real`` a ``RealModel``, ``desk`` a ``Desk``; ``roots`` (m, 1 + 2 (6 + n)) as in ``cells.bounds``.
+``real`` is a ``RealModel``, ``desk`` is a ``Desk``, ``held`` (LANES, HELD) its; ``roots`` (m, 1 + 2 (6 + n))
+as in ``cells.bounds``.
 """
 
 from __future__ import annotations
@@ -58,7 +59,7 @@ from cdpr_interval.mechanics.six_dof.directions import centre_columns
 from cdpr_interval.mechanics.six_dof.geometry import rotation_rows
 from cdpr_interval.mechanics.six_dof.rows import BEFORE, DIMENSIONS, MOST_TAUT, MOST_TENSION, MOVING, TENSIONS
 from solvers.six_dof.real import survey as surveys
-from solvers.six_dof.real.columns import BOX, CENTRE, DENSITIES, FORMED, NEXT, RANGE, REAL_COLUMNS
+from solvers.six_dof.real.columns import BOX, CENTRE, DENSITIES, FORMED, NEXT, RANGE, REAL_COLUMNS, TIGHTER
 from solvers.six_dof.real.shape import (
     back_to_box,
     length_row,
@@ -81,8 +82,12 @@ REST_SHARE = 8.0
 """How wide the rest w may be over what the rotations move the platform by: else positions are bisected."""
 
 
-STRETCHED_SHARE = 1.0
+STRETCHED_SHARE = 2.0
 """The same where cables stretch, whose lengths hardly bound positions before the tensions are bounded."""
+
+
+COUNTS = 0.25
+"""Least stretch, over what the rotations move an anchor by, whose loss is worth another look."""
 
 
 class RealContext(NamedTuple):
@@ -144,7 +149,7 @@ def cut_by_lengths(context: Any, states: Any) -> int:
             moving = W[MOVING, 0, lane] > 0.0 and states[lane] == OPEN
             W[MOVING, 0, lane] = 1.0 if moving else 0.0
             W[VERDICTS, 0, lane] = OPEN if moving else EMPTY
-            for k in range(2 * VARIABLES):
+            for k in range(2 * VARIABLES if moving else 0):
                 W[BEFORE, k, lane] = C[0, k, lane]
         cut_pivots(F, W, C, rank, S)
         again = False
@@ -236,14 +241,16 @@ def bound_densities(context: Any, rank: int, states: Any) -> None:
         if states[lane] == OPEN:
             for i in range(n):
                 high = W[MOST_TENSION, i, lane] if W[FLAGS, BOUNDED, lane] > 0.0 else math.inf
-                if cut_density(C, lane, i, -math.inf, high):
+                if cut_density(context.real, C, lane, i, -math.inf, high):
                     states[lane] = SMALLER
+                    context.desk.held[lane, TIGHTER] = 1.0
     store(W, FLAGS, BOUNDED, tension_bounds(F, W, n, S))
     for lane in range(LANES):
         if (states[lane] == OPEN or states[lane] == SMALLER) and W[FLAGS, BOUNDED, lane] > 0.0:
             for i in range(n):
-                if cut_density(C, lane, i, W[TENSIONS, i, lane], W[TENSIONS + 1, i, lane]):
+                if cut_density(context.real, C, lane, i, W[TENSIONS, i, lane], W[TENSIONS + 1, i, lane]):
                     states[lane] = SMALLER
+                    context.desk.held[lane, TIGHTER] = 1.0
     for lane in range(LANES):
         if states[lane] == OPEN or states[lane] == SMALLER:
             for i in range(n):
@@ -252,13 +259,17 @@ def bound_densities(context: Any, rank: int, states: Any) -> None:
 
 
 @kernel()
-def cut_density(C: LaneArray, lane: int, i: int, low: float, high: float) -> bool:
-    """Cut the bounds of a density; True where much of them is gone."""
+def cut_density(real: Any, C: LaneArray, lane: int, i: int, low: float, high: float) -> bool:
+    """Cut the bounds of a density; True where much of a stretch is gone that counted."""
     k = DENSITIES + 2 * i
     before = C[0, k + 1, lane] - C[0, k, lane]
     C[0, k, lane] = max(C[0, k, lane], low)
     C[0, k + 1, lane] = min(C[0, k + 1, lane], high)
-    return bool(shrunk(C[0, k + 1, lane] - C[0, k, lane], before))
+    turned = 0.0
+    for j in range(3):
+        turned = max(turned, C[0, 2 * j + 1, lane] - C[0, 2 * j, lane])
+    counts = real.compliance[i, 1] * real.lengths[i, 1] * before > COUNTS * turned * real.arm_lengths[i]
+    return bool(counts and shrunk(C[0, k + 1, lane] - C[0, k, lane], before))
 
 
 @kernel()
@@ -331,7 +342,7 @@ def process(context: Any, count: int, children: Any) -> None:
     desk = context.desk
     open_first(states, count)
     for lane in range(LANES):
-        desk.held[lane, FORMED] = 0.0
+        desk.held[lane, FORMED], desk.held[lane, TIGHTER] = 0.0, 0.0
     rotation_rows(F, C, CHART, S)
     rank = exclude(context, states)
     if any_open(states):
@@ -366,7 +377,7 @@ def choose_next(real: Any, C: LaneArray, lane: int, desk: Any) -> None:
         if wide > most:
             most, place = wide, k
     far = arm * turned + max(held[lane, RANGE], max(held[lane, RANGE + 1], held[lane, RANGE + 2]))
-    share = STRETCHED_SHARE if real.elastic else REST_SHARE
+    share = REST_SHARE if far > arm * turned else STRETCHED_SHARE
     held[lane, NEXT] = 3 + place if most > share * far else best
 
 
@@ -377,7 +388,8 @@ def verdict(context: Any, lane: int, children: Any) -> int:
     if is_empty(state):
         return 0
     back_to_box(C, lane, desk)
-    if state == SMALLER and (context.real.elastic or much_smaller(context.scratch.work, C, lane, desk.held)):
+    tighter = desk.held[lane, TIGHTER] > 0.0
+    if state == SMALLER and (tighter or much_smaller(context.scratch.work, C, lane, desk.held)):
         return int(copy_cell(C, lane, children))
     return int(bisect(C, lane, int(desk.held[lane, NEXT]), children, context.leaf_size))
 

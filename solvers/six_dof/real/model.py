@@ -32,7 +32,9 @@ class RealModel(NamedTuple):
     arm: Floats
     """(N,) h >= r, from A to the pulley's centre."""
     fixed: Floats
-    """(N,) |CK| + r theta_K: L = fixed - r psi + sigma."""
+    """(N,) |CK| + r theta_K: L = fixed - r psi + sigma while the rope touches the pulley."""
+    lift_off: Floats
+    """(N,) theta_K from below: from there on psi the rope may run past the pulley, straight from C."""
     least_excess: Floats
     """(N,) L - |X - A| is at least this, wherever X is;"""
     most_excess: Floats
@@ -52,6 +54,10 @@ class RealModel(NamedTuple):
     """(N, 2) bounds of 1 / k, the stretch by 1 N; 0 of cables that do not stretch."""
     elastic: bool
     """Some taut cable stretches."""
+    cap: float
+    """Tensions that count as high, N."""
+    above: bool
+    """Only equilibria at which a cable that stretches has a tension above ``cap`` are asked for."""
     load: Floats
     """(3,) f."""
     load_err: Floats

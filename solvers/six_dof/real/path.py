@@ -14,7 +14,8 @@ margin, a change of X: L has slope one, T a slope of at most max(r / sigma, (h +
 after that is off by a few units of ``SIZE``, by rho / sigma times as many where the anchor is near the
 pulley.
 
-Arrays: ``real`` is a ``RealModel``; ``seen`` (N, SEEN) the cables seen from X, columns as in ``columns``.
+Arrays: ``real`` is a ``RealModel``; ``seen`` (N, SEEN) the cables seen from X, columns as in
+``real.columns``.
 """
 
 from __future__ import annotations
@@ -62,7 +63,8 @@ def see(real: Any, i: int, x0: float, x1: float, x2: float, seen: Any) -> None:
     g0, g1, g2 = x0 - real.exits[i, 0], x1 - real.exits[i, 1], x2 - real.exits[i, 2]
     away = math.sqrt(g0 * g0 + g1 * g1 + g2 * g2)
     size = away + h + r + real.fixed[i] + abs(x0) + abs(x1) + abs(x2)
-    size += abs(real.exits[i, 0]) + abs(real.exits[i, 1]) + abs(real.exits[i, 2])
+    # The arm: X is the sum of the platform's position and a turned arm, either far from where both end.
+    size += abs(real.exits[i, 0]) + abs(real.exits[i, 1]) + abs(real.exits[i, 2]) + real.arm_lengths[i]
     seen[i, AWAY], seen[i, SIZE] = away, size
     if r == 0.0:
         seen[i, PATH], seen[i, FREE], seen[i, SIDE], seen[i, RHO] = real.fixed[i] + away, away, away, away
@@ -114,6 +116,9 @@ def around(real: Any, i: int, reach: float, seen: Any) -> bool:
     T0 the tangent point as it stands in ``seen`` and L0, sigma0 likewise, |T(X) - T0| <= DRIFT, sigma(X) >=
     LEAST_FREE, x(X) >= LEAST_SIDE. Proof of the first: both sides have value and gradient in common at X0;
     the Hessians differ by at most (h + r) / (sigma x) + 2 tau / (sigma (sigma - tau)), tau the change of T.
+
+    Near the swivel axis T turns about it, within 2 (h + r), while L goes on: it depends on (x, y) alone, has
+    slope one, and bends downward on the axis, where sin psi = -(h + r cos psi) / sigma <= 0.
     """
     r, h, size = real.radius[i], real.arm[i], seen[i, SIZE]
     seen[i, REACH] = reach
@@ -128,19 +133,28 @@ def around(real: Any, i: int, reach: float, seen: Any) -> bool:
     sigma = math.sqrt((rho - r) * (rho + r)) * (1.0 - 1e-12)
     side = (seen[i, SIDE] - reach) * (1.0 - 1e-12) - off
     seen[i, LEAST_FREE], seen[i, LEAST_SIDE] = sigma, side
-    if not (sigma > LEAST_SHARE * size and side > LEAST_SHARE * size):
+    if not (sigma > LEAST_SHARE * size and seen[i, SIDE] > 0.0):
         return False
-    # No way around the pulley's centre: psi stays on its branch, whose cut is where no rope leaves.
+    # No way around the pulley's centre: psi stays on its branch, whose cut is where no rope leaves. The rope
+    # touches the pulley all over the ball: past theta_K it would run straight from C.
     turn = reach / sigma + 1e-9
-    if not (-LOWEST_WRAP + turn < seen[i, WRAP] < math.pi - turn):
+    if not (-LOWEST_WRAP + turn < seen[i, WRAP] < real.lift_off[i] - turn):
         return False
     if seen[i, SIDE] - h <= 0.0 and not abs(seen[i, HEIGHT]) > reach + off:
         return False
-    drift = (max(r / sigma, (h + r) / side) * reach + seen[i, OFF_POINT]) * MARGIN
+    farthest = 2.0 * (h + r) + off
+    point = min(seen[i, OFF_POINT], farthest)
+    drift = (farthest + point) * MARGIN
+    is_off_axis = side > LEAST_SHARE * size
+    if is_off_axis:
+        drift = min(drift, (max(r / sigma, (h + r) / side) * reach + point) * MARGIN)
     seen[i, DRIFT] = drift
     if not drift < 0.5 * sigma:
         return False
-    bend = (h + r) / (sigma * side) + 2.0 * drift / (sigma * (sigma - drift))
-    start = seen[i, OFF_LENGTH] + seen[i, OFF_POINT] * (2.0 + 2.0 * reach / sigma)
-    seen[i, LOOSE] = (0.5 * bend * reach * reach + start) * MARGIN
+    # By the gradients, a and the direction from T0: they differ by at most 2 tau / (2 sigma - tau).
+    loose = reach * 2.0 * drift / (2.0 * sigma - drift)
+    if is_off_axis:
+        bend = (h + r) / (sigma * side) + 2.0 * drift / (sigma * (sigma - drift))
+        loose = min(loose, 0.5 * bend * reach * reach + 2.0 * point * reach / sigma)
+    seen[i, LOOSE] = (loose + seen[i, OFF_LENGTH] + 2.0 * point) * MARGIN
     return True

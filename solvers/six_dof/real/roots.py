@@ -12,7 +12,7 @@ from cdpr_interval.engine.budget import Budget
 from cdpr_interval.mechanics.rotation import HALF_TURNS, rotation_at
 from solvers.six_dof.real.columns import REAL_COLUMNS
 from solvers.six_dof.real.model import RealModel
-from solvers.six_dof.real.system import existence_box, growth, improve, new_bench, system
+from solvers.six_dof.real.system import Bench, existence_box, growth, improve, new_bench, system
 
 Floats = NDArray[np.float64]
 
@@ -25,14 +25,21 @@ MOST_STARTS = 400
 """Newton starts in one round."""
 LARGEST_REACH = 0.25
 HALVINGS = 24
+LEAST_RANGE = 1e-9
+"""Width of a range of lengths (over 1 and the length) from which on it is more than rounding."""
 
 
 class RealRoot(NamedTuple):
-    """A proved zero: exactly one in ``box``, no other one in ``unique``; (6 + n, 2) in (u, p, t)."""
+    """A proved zero: exactly one in ``box``, no other one in ``unique``; (6 + n, 2) in (u, p, t).
+
+    ``core`` holds the zero for one choice of the lengths in their ranges: by it zeros are told from each
+    other, for two that are the same for one choice go on as one.
+    """
 
     chart: int
     box: Floats
     unique: Floats
+    core: Floats
 
 
 def find_roots(
@@ -77,10 +84,30 @@ def root_near(real: RealModel, chart: int, pose: Floats, known: Sequence[RealRoo
     if not existence_box(bench, z, C, box):
         return None
     unique = largest_unique(real, bench, z, C, box)
-    return None if unique is None else RealRoot(chart, box, unique)
+    if unique is None:
+        return None
+    return RealRoot(chart, box, unique, core_of(bench, z, box))
 
 
-def largest_unique(real: RealModel, bench: object, z: Floats, C: Floats, box: Floats) -> Floats | None:
+def core_of(bench: Bench, z: Floats, box: Floats) -> Floats:
+    """Return a box of the zero at the middle of the ranges of lengths; that of all where there are none."""
+    real = bench.real
+    lo, hi = real.lengths.T
+    wide = hi - lo > LEAST_RANGE * (1.0 + hi)
+    if not wide.any():
+        return box
+    middle = np.where(wide, 0.5 * (lo + hi), lo), np.where(wide, 0.5 * (lo + hi), hi)
+    core, C = np.empty(box.shape), np.empty((len(box), len(box)))
+    one = bench._replace(real=real._replace(lengths=np.ascontiguousarray(np.stack(middle, axis=1))))
+    z = z.copy()
+    if not (improve(one, z, C, NEWTON_STEPS) and existence_box(one, z, C, core)):
+        return box
+    # The zero of this choice in ``box`` is the one there, if the core is.
+    inside = (box[:, 0] <= core[:, 0]) & (core[:, 1] <= box[:, 1])
+    return core if inside.all() else box
+
+
+def largest_unique(real: RealModel, bench: Bench, z: Floats, C: Floats, box: Floats) -> Floats | None:
     """Return the largest of a series of boxes around a root in which it is proved to be the only one."""
     n = real.n_taut
     f, J = np.empty((6 + n, 2)), np.empty((6 + n, 6 + n, 2))

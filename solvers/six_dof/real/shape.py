@@ -11,7 +11,8 @@ the error LOOSE of ``path.around``, which widens s_i. The wrench about the centr
 e_i), e_i = y_i - v - R b_i but for the error DRIFT.
 
 Arrays: ``F``, ``W``, ``C`` as in ``cells.tests``, ``F`` with the rows of ``rows``; ``desk`` is a
-``survey.Desk``, ``real`` a ``RealModel``.
+``survey.Desk``, ``real`` is a ``RealModel``; ``held`` (LANES, HELD) and ``spots`` (n, SPOT, LANES) are the
+desk's.
 """
 
 from __future__ import annotations
@@ -38,6 +39,7 @@ from cdpr_interval.kernels.second_order import (
     scale,
     widen,
 )
+from cdpr_interval.mechanics.six_dof.geometry import middle_and_radius
 from cdpr_interval.mechanics.six_dof.rows import (
     DIMENSIONS,
     LOAD,
@@ -118,7 +120,7 @@ def polynomial(real: Any, F: Forms, C: LaneArray, lane: int, desk: Any) -> None:
         held[lane, k] = 0.0
     for k in range(6):
         held[lane, BOX + k] = C[0, 6 + k, lane]
-    if real.n_taut >= 3 and taylor(real, F, lane, desk):
+    if real.n_taut >= 3 and holds(real, C, lane, desk) and taylor(real, F, lane, desk):
         reach = 0.0
         for k in range(3):
             total = 0.0
@@ -139,6 +141,17 @@ def polynomial(real: Any, F: Forms, C: LaneArray, lane: int, desk: Any) -> None:
         C[0, 6 + 2 * k, lane] = -up(up(c - C[0, 6 + 2 * k, lane]) + far)
         C[0, 7 + 2 * k, lane] = up(up(C[0, 7 + 2 * k, lane] - c) + far)
     held[lane, FORMED] = 1.0
+
+
+@kernel()
+def holds(real: Any, C: LaneArray, lane: int, desk: Any) -> bool:
+    """Return True where the lengths of the triple, stretch and all, hold the position better than its box."""
+    widest, loosest = 0.0, 0.0
+    for k in range(3):
+        i = real.triple[k]
+        widest = max(widest, C[0, 7 + 2 * k, lane] - C[0, 6 + 2 * k, lane])
+        loosest = max(loosest, desk.seen[i, HIGHEST] - desk.seen[i, LOWEST])
+    return bool(loosest < 0.5 * widest)
 
 
 @kernel()
@@ -234,10 +247,9 @@ def position_rows(F: Forms, C: LaneArray, held: Any, S: Symbols) -> None:
     """Write v = p~ - p_c + w to POSITION; w has the bounds in columns 6..11 of the cells."""
     for k in range(3):
         lo, hi = load(C, 0, 6 + 2 * k), load(C, 0, 7 + 2 * k)
-        middle = 0.5 * (lo + hi)
+        # The very radius that cuts are made by.
+        middle, radius = middle_and_radius(lo, hi)
         constant(F, POSITION + k, middle, splat(0.0), S)
-        above, below = hi - middle, middle - lo
-        radius = inflate_lanes(0.5 * (above + below) + 0.5 * abs(above - below), splat(0.0), 8.0)
         store(F, POSITION + k, 1 + U_SYMBOLS + k, radius)
         for lane in range(held.shape[0]):
             for a in range(3):

@@ -77,6 +77,10 @@ class RealSearch:
     budget: Budget
     threads: int = 1
     report: Report | None = None
+    most_cells: int | None = None
+    """Cells that may be spent on it; more of them leave it undecided."""
+    beyond: str = FAMILY_REASON
+    """Why it is undecided then."""
     roots: list[RealRoot] = field(default_factory=list)
     undecided: Floats = field(default_factory=lambda: np.empty((0, REAL_COLUMNS.width)))
     reason: str = ""
@@ -84,10 +88,14 @@ class RealSearch:
     cells: int = 0
     stop: Stop = Stop.EXHAUSTED
 
+    def __post_init__(self) -> None:
+        if self.most_cells is None and self.real.n_taut <= MOST_OF_FAMILY:
+            self.most_cells = FAMILY_CELLS
+
     def solve(self, cells: Floats | None = None) -> None:
         """Run all rounds; ``cells`` : where to search, by default everywhere."""
         cells = start_cells(self.real) if cells is None else cells
-        budget = Share(self.budget, FAMILY_CELLS) if self.real.n_taut <= MOST_OF_FAMILY else self.budget
+        budget = self.budget if self.most_cells is None else Share(self.budget, self.most_cells)
         leaf, before = FIRST_LEAF, 0
         while len(cells):
             result = search(partial(self.run, leaf), cells, budget, threads=self.threads, report=self.report)
@@ -109,7 +117,7 @@ class RealSearch:
     def end_early(self, stop: Stop, cells: Floats) -> None:
         """Keep what is left when a budget is spent: as pending, or of a possible family as undecided."""
         if self.budget.stop() is None:
-            self.undecided, self.reason = cells, FAMILY_REASON
+            self.undecided, self.reason = cells, self.beyond
         else:
             self.stop, self.pending = stop, self.pending + len(cells)
 

@@ -8,8 +8,9 @@ bends by at most H+ = 1 / sigma and at least -H- = min(0, 1 - (h + r) / x) / sig
 
 Each taut cable so bounds a0 . q from both sides, each slack one from above, and three together bound q.
 
-Arrays: ``real`` is a ``RealModel``; ``C`` (1, width, LANES) cells, columns ``REAL_COLUMNS``; ``F`` their
-forms with the rows of rotations; ``desk`` is a ``Desk``.
+Arrays: ``real`` is a ``RealModel``; ``C`` (1, width, LANES) cells, columns ``REAL_COLUMNS``; ``F`` (rows, K,
+LANES) their forms with the rows of rotations; ``desk`` is a ``Desk``; ``seen`` (N, SEEN) cables; ``triple``
+(3,) indices.
 """
 
 from __future__ import annotations
@@ -148,7 +149,11 @@ def look_at(real: Any, C: Any, lane: int, turned: float, desk: Any) -> bool:
         above = 0.5 * reach * reach / sigma
         below = 0.0
         if real.radius[i] > 0.0:
-            below = max(0.0, (real.arm[i] + real.radius[i]) / seen[i, LEAST_SIDE] - 1.0) * above
+            # By how much a may turn at all, or by the second derivative.
+            below = min(2.0 * reach, (reach + seen[i, DRIFT]) / sigma * reach)
+            if seen[i, LEAST_SIDE] > 0.0:
+                bend = max(0.0, (real.arm[i] + real.radius[i]) / seen[i, LEAST_SIDE] - 1.0)
+                below = min(below, bend * above)
         near = seen[i, OFF_LENGTH] + 2.0 * seen[i, OFF_POINT] * reach / sigma
         desk.bounds[i, 1] = high - seen[i, PATH] + (delta + below + near) * (1.0 + 1e-12)
         desk.bounds[i, 0] = -math.inf
@@ -245,6 +250,21 @@ def held_up(real: Any, C: Any, lane: int, desk: Any) -> bool:
 
 
 @kernel()
+def below_cap(real: Any, C: Any, lane: int, desk: Any) -> bool:
+    """Return True when no tension of a taut cable that stretches is above the cap in a cell."""
+    found = True
+    for i in range(real.n_taut):
+        seen = desk.seen
+        far = seen[i, AWAY] + seen[i, REACH] + real.arm[i]
+        if desk.smooth[i]:
+            off = (1.0 + real.radius[i] / seen[i, LEAST_FREE]) * seen[i, REACH] + 2.0 * seen[i, OFF_POINT]
+            far = seen[i, FREE] + off
+        most = C[0, DENSITIES + 2 * i + 1, lane] * far * (1.0 + 1e-12)
+        found = found and (real.compliance[i, 1] == 0.0 or most <= real.cap)
+    return found
+
+
+@kernel()
 def stretch(real: Any, C: Any, lane: int, i: int, desk: Any) -> bool:
     """Bound path length and density of a cable that stretches by each other; False: it has none.
 
@@ -283,8 +303,8 @@ def shell(
 ) -> None:
     """Write between which distances from A - R(u_c) b the path of a cable keeps the centre of mass.
 
-    L - |X - A| lies between two constants, and where the cable is smooth it has slope a - (X - A) / |X - A|,
-    at most (h + r) / (|X - A| - h - r) since T is within h + r of A.
+    L - |X - A| lies between two constants, also of a rope that has lifted off; where the cable is smooth it
+    has slope a - (X - A) / |X - A|, at most (h + r) / (|X - A| - h - r) since T is within h + r of A.
     """
     seen = desk.seen
     for k in range(3):
@@ -421,7 +441,10 @@ def cut_by_triple(real: Any, C: Any, lane: int, size: float, desk: Any) -> bool:
             return True
     if not invert(desk.seen, triple, desk.inverse):
         return True
-    widest = half_width(C, lane, 0) + half_width(C, lane, 1) + half_width(C, lane, 2)
+    # The box may have been cut to one side of the centre.
+    total = 0.0
+    for k in range(3):
+        total += farthest(C, lane, k, desk.held[lane, CENTRE + k])
     for k in range(3):
         low, high, most = 0.0, 0.0, 0.0
         for j in range(3):
@@ -430,7 +453,7 @@ def cut_by_triple(real: Any, C: Any, lane: int, size: float, desk: Any) -> bool:
             low += min(a, b)
             high += max(a, b)
             most += abs(m)
-        off = ROUNDING * most * (3.0 * widest + abs(low) + abs(high))
+        off = 8.0 * ROUNDING * (1.0 + most) * (total + abs(low) + abs(high))
         narrow(C, lane, k, desk.held[lane, CENTRE + k], low - off, high + off, size)
     return not empty_box(C, lane)
 
@@ -453,6 +476,8 @@ def survey(real: Any, F: Any, C: Any, lane: int, desk: Any) -> int:
         if not look_at(real, C, lane, turned, desk):
             return EMPTY
         if real.elastic and real.statics and not held_up(real, C, lane, desk):
+            return EMPTY
+        if real.above and below_cap(real, C, lane, desk):
             return EMPTY
         size = desk.seen[0, SIZE]
         for _ in range(SHAVINGS):

@@ -14,8 +14,8 @@ over the ball around that by how fast it changes there (``path``). dT/dX = N cha
 for one unit of X, and de/dX = N - I.
 
 Arrays: ``real`` is a ``RealModel``; ``z`` (6 + n, 2) a box, ``f`` (6 + n, 2), ``J`` (6 + n, 6 + n, 2) bounds;
-``C`` (6 + n, 6 + n) is about the inverse of J; ``seen`` (N, SEEN) cables as in ``path``; ``at`` is a
-``Bench``.
+``C`` (6 + n, 6 + n) is about the inverse of J; ``seen`` (N, SEEN) cables as in ``real.path``; ``at`` is a
+``Bench``; ``R`` (3, 3, 2) and ``dR`` (3, 3, 3, 2) bound R(u) and its derivatives.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ from solvers.six_dof.real.columns import (
     SIZE,
     WRAP,
 )
-from solvers.six_dof.real.path import ROUNDING, around, see
+from solvers.six_dof.real.path import LEAST_SHARE, ROUNDING, around, see
 
 PACE = Pace(converged=1e-14, stalled=1e-9, fresh=1e-3, slow=0.1, lost=1e6)
 """Newton's steps; unknowns lie near 1, in units near the platform's own."""
@@ -130,7 +130,9 @@ def see_over(real: Any, i: int, middle: Any, turned: float, z: Any, seen: Any) -
     see(real, i, x[0], x[1], x[2], seen)
     reach = math.sqrt(total) + 2.0 * turned * real.arm_lengths[i]
     reach = reach * (1.0 + 1e-12) + ROUNDING * seen[i, SIZE]
-    return reach if around(real, i, reach, seen) else math.inf
+    if not around(real, i, reach, seen) or seen[i, LEAST_SIDE] <= LEAST_SHARE * seen[i, SIZE]:
+        return math.inf
+    return reach
 
 
 @kernel()

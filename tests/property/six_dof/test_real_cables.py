@@ -2,15 +2,23 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from fractions import Fraction
+
 import numpy as np
 import pytest
 
 from cdpr_interval.engine.budget import Budget
 from cdpr_interval.engine.search import search
+from cdpr_interval.exact import balls
 from cdpr_interval.mechanics.orientation import quaternion_from_rotation
-from cdpr_interval.mechanics.rotation import chart_of
+from cdpr_interval.mechanics.rotation import chart_of, u_in
+from solvers.six_dof.cells.merge import distinct
+from solvers.six_dof.cells.roots import Root
+from solvers.six_dof.real.build import RealCable, Vector, build, in_halves
 from solvers.six_dof.real.columns import DENSITIES, REAL_COLUMNS
-from solvers.six_dof.real.roots import RealRoot, rotation_of
+from solvers.six_dof.real.model import RealModel
+from solvers.six_dof.real.roots import RealRoot, root_near, rotation_of
 from solvers.six_dof.real.subset import RealSearch
 from solvers.six_dof.real.system import new_bench, system
 from tests.support.planted.pulleys import Floats, Planted, plant
@@ -32,12 +40,13 @@ def is_planted(planted: Planted, root: RealRoot) -> bool:
     return bool(np.abs(off).max() < 1e-6 and np.abs(away).max() < 1e-6)
 
 
+@pytest.mark.parametrize("compliance", [0.0, 1e-3])
 @pytest.mark.parametrize("count", [3, 4, 5, 6])
 @pytest.mark.parametrize("seed", range(5))
-def test_no_cell_loses_a_planted_pose(seed: int, count: int) -> None:
+def test_no_cell_loses_a_planted_pose(seed: int, count: int, compliance: float) -> None:
     """Of any cell around a pose, however large, what the search leaves holds the pose."""
     planted = plant(seed, count)
-    run = RealSearch(planted.real(), Budget())
+    run = RealSearch(planted.real(compliance), Budget())
     chart, u = chart_and_u(planted)
     rng = np.random.default_rng(seed)
     for _ in range(12):
@@ -58,10 +67,12 @@ def test_no_cell_loses_a_planted_pose(seed: int, count: int) -> None:
         assert inside.all(axis=1).any()
 
 
+@pytest.mark.parametrize("compliance", [0.0, 1e-4])
 @pytest.mark.parametrize(("seed", "count"), [(0, 3), (1, 4), (2, 5), (3, 6)])
-def test_a_planted_pose_is_found_or_the_search_not_finished(seed: int, count: int) -> None:
+def test_a_planted_pose_is_found_or_the_search_not_finished(seed: int, count: int, compliance: float) -> None:
     planted = plant(seed, count)
-    run = RealSearch(planted.real(), Budget(None, 200_000))
+    low, _ = in_halves(planted.real(compliance), 20.0 * float(np.linalg.norm(planted.load)))
+    run = RealSearch(low, Budget(None, 200_000))
     run.solve()
     assert any(is_planted(planted, root) for root in run.roots) or run.pending or len(run.undecided)
 
@@ -107,3 +118,57 @@ def equations(planted: Planted, chart: int, z: Floats) -> Floats:
     spokes = np.array([-free * a for _, a, free in seen])
     force = z[6:] @ spokes + planted.load
     return np.concatenate([lengths, force, z[6:] @ np.cross(arms, spokes)])
+
+
+def lifted(*, straight: bool) -> RealModel:
+    """Return three cables whose ropes run past pulleys on long arms, or the same without pulleys."""
+    exits = [("-0.96", "0.02", "0.78"), ("1.14", "1.19", "0.77"), ("-0.97", "2.34", "0.74")]
+    arms = [("-0.136", "-0.235", "0.088"), ("0.273", "0.000", "0.088"), ("-0.136", "0.240", "0.088")]
+    axes = [("1", "0", "0"), ("-0.7", "-0.7", "0"), ("0.7", "-0.7", "0")]
+    lengths = ["1.488157", "1.198477", "1.444177"]
+    pulley = {} if straight else {"radius": Fraction("0.02"), "pulley_arm": Fraction("0.08")}
+    cables = [
+        RealCable(triple(a), triple(b), (Fraction(own),) * 2, axis=triple(axes[i]), **pulley)
+        for i, (a, b, own) in enumerate(zip(exits, arms, lengths, strict=True))
+    ]
+    return build(cables, triple(("0.55", "-1.23", "-78.5")), 3)
+
+
+def triple(entries: tuple[str, str, str]) -> Vector:
+    """Return a vector as exact numbers."""
+    x, y, z = map(Fraction, entries)
+    return x, y, z
+
+
+def test_a_rope_that_lifts_off_its_pulley_is_not_one_that_touches_it() -> None:
+    """Beyond theta_K the rope runs straight from C: no pose with a negative wrap is proved, none is lost."""
+    cell = np.zeros((1, REAL_COLUMNS.width))
+    cell[0, 0:6:2], cell[0, 1:6:2] = -0.1, 0.1
+    cell[0, 6:12:2], cell[0, 7:12:2] = [-0.08, 1.14, -0.19], [0.02, 1.26, -0.07]
+    cell[0, DENSITIES + 1 : REAL_COLUMNS.share : 2] = np.inf
+    real = RealSearch(lifted(straight=True), Budget(None, 20_000))
+    real.solve(cell.copy())
+    assert len(real.roots) == 1 and not real.pending
+    run = RealSearch(lifted(straight=False), Budget(None, 20_000))
+    run.solve(cell.copy())
+    assert not run.roots
+    assert run.pending or len(run.undecided)
+
+
+@pytest.mark.parametrize(("seed", "half"), [(1, 5.67e-4), (2, 4e-4), (4, 4.67e-4), (5, 5e-4)])
+def test_a_pose_at_the_border_of_two_charts_is_one_pose_for_wide_ranges_too(seed: int, half: float) -> None:
+    """Its box is then nearly as large as the one in which it is proved to be alone."""
+    planted = plant(seed, 4)
+    quarter = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
+    body = planted.rotation.T @ quarter
+    real = replace(planted, arms=planted.arms @ body, rotation=quarter).real()
+    off = np.array([-half, half])
+    real = real._replace(lengths=real.lengths + off, paths=real.paths + off)
+    roots: list[Root] = []
+    for chart in (0, 1):
+        u = np.array(u_in(chart, quaternion_from_rotation(quarter)))
+        found = root_near(real, chart, np.concatenate([u, planted.position]), [])
+        assert found is not None
+        roots.append(Root(found.chart, found.box, found.unique, found.core))
+    with balls.precision():
+        assert len(distinct(roots)) == 1

@@ -58,20 +58,23 @@ class Planted:
     rotation: Floats
     tensions: Floats
 
-    def real(self) -> RealModel:
-        """Return its arrays, all cables taut."""
+    def real(self, compliance: float = 0.0) -> RealModel:
+        """Return its arrays, all cables taut; cables that stretch are shorter by that (m/N)."""
         return build(
             [
                 RealCable(
                     _exact(cable.exit),
                     _exact(arm),
-                    (Fraction(float(length)),) * 2,
+                    (Fraction(float(length - compliance * tension)),) * 2,
                     Fraction(cable.radius),
                     Fraction(cable.arm),
                     _exact(cable.axis),
                     Fraction(cable.lead_in),
+                    (Fraction(compliance),) * 2,
                 )
-                for cable, arm, length in zip(self.cables, self.arms, self.lengths, strict=True)
+                for cable, arm, length, tension in zip(
+                    self.cables, self.arms, self.lengths, self.tensions, strict=True
+                )
             ],
             _exact(self.load),
             len(self.cables),

@@ -137,11 +137,9 @@ def test_what_takes_numbers_only_refuses_by_name(entry: str, place: Place) -> No
 @pytest.mark.parametrize("path", OF_ANCHORS)
 @pytest.mark.parametrize("entry", TAKES_RANGES)
 def test_a_range_that_makes_a_platform_makes_one(entry: str, path: str) -> None:
-    """Its springs are refused then, not the range."""
+    """It is refused as that of a platform on springs."""
     (place,) = [place for place in PLACES if place.path == path]
-    reason = (
-        "for point masses" if entry == "tensions" else "elastic cables of a platform are not supported yet"
-    )
+    reason = "for point masses" if entry == "tensions" else "by platforms on pulleys or elastic cables yet"
     with pytest.raises(NotSupportedError, match=reason):
         ENTRIES[entry](vague(place))
 
@@ -174,7 +172,7 @@ def test_a_batch_that_draws_is_refused(tmp_path: Path, place: Place) -> None:
     job.write_text(
         f"format: cdpr-batch/1\nrobots: [vague.yaml]\nproblems:\n  - {problem}\n", encoding="utf-8"
     )
-    reason = "elastic cables of a platform" if place.path in OF_ANCHORS else re.escape(place.path)
+    reason = re.escape(place.path)
     with pytest.raises(NotSupportedError, match=reason):
         read_job_file(job)
 

@@ -7,9 +7,10 @@ from typing import Any
 import numpy as np
 import pytest
 
+from cdpr_interval import load_robot
 from cdpr_interval.errors import CdprError, NotSupportedError
-from cdpr_interval.robots.cable_robot import Robot
-from solvers import Outcome, forward_kinematics
+from cdpr_interval.robots.cable_robot import Elasticity, Robot
+from solvers import Outcome, Tracker, forward_kinematics, motion
 from solvers.answers.data import Stability
 
 IRMA_LENGTHS = ["1.6463246530", "1.0786153083", "1.6421042936", "2.0556154675"]
@@ -155,3 +156,39 @@ def test_a_budget_ends_as_pending() -> None:
 def test_legs_that_push_are_straight() -> None:
     with pytest.raises(CdprError):
         forward_kinematics(irma4u(), IRMA_LENGTHS, ignore_tension_sign=True)
+
+
+def test_stretch_moves_the_poses_of_straight_cables_a_little() -> None:
+    """UC4 with 0.002 m/N and a load of 1 N: three poses as without, each tension what its stretch says."""
+    robot = load_robot("uc4")
+    spring = Elasticity(stiffness=500)
+    stretchy = robot.replace(cables=[cable.replace(elasticity=spring) for cable in robot.cables])
+    lengths = [7.5, 8, 7, 9]
+    stiff = forward_kinematics(robot, lengths, taut=(0, 1, 2, 3))
+    result = forward_kinematics(stretchy, lengths, taut=(0, 1, 2, 3))
+    assert len(result.solutions) == len(stiff.solutions) == 3
+    for pose in result.solutions:
+        near = [np.abs(np.subtract(pose.nominal.position, p.nominal.position)).max() for p in stiff.solutions]
+        assert min(near) < 0.01
+        stretch = pose.distances - np.array(lengths)[:, None]
+        assert np.allclose(pose.tensions, 500 * stretch, atol=1e-6)
+    # High tensions are said to be open, unless they are excluded.
+    assert result.outcome is Outcome.COMPLETE or "tensions above" in result.undecided[0].reason
+
+
+def test_more_than_six_elastic_cables_are_not_passed_over() -> None:
+    robot = load_robot("cogiro")
+    spring = Elasticity(axial_stiffness=100_000)
+    stretchy = robot.replace(cables=[cable.replace(elasticity=spring) for cable in robot.cables])
+    result = forward_kinematics(stretchy, [8] * 8, cell_limit=2_000)
+    assert result.outcome is Outcome.INCOMPLETE
+    assert any("more than six" in region.reason for region in result.undecided)
+
+
+def test_motions_and_trackers_of_such_platforms_are_refused() -> None:
+    """They would follow straight cables."""
+    courses = [(0, [1.7, 1.7, 1.7, 1.7]), (1, [1.71, 1.7, 1.7, 1.7])]
+    with pytest.raises(NotSupportedError, match="pulleys cannot be tracked yet"):
+        motion(irma4u(), courses)
+    with pytest.raises(NotSupportedError, match="pulleys cannot be tracked yet"):
+        Tracker(irma4u())
