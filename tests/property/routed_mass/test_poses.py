@@ -14,9 +14,9 @@ from cdpr_interval.mechanics.cables.ways import ACROSS, ALONG, LENGTH, WAY
 from cdpr_interval.mechanics.loaded import loaded
 from cdpr_interval.mechanics.stability import Stability
 from cdpr_interval.robots.cable_robot import Elasticity
+from solvers import PointMass
 from solvers.point_mass.cell_rows import WIDTH
 from solvers.routed_mass import cells
-from solvers.routed_mass.controller import PointMass
 from solvers.routed_mass.data import routed_mass
 from solvers.routed_mass.over_ranges import find_all
 from solvers.routed_mass.pose import Effort, data_for
