@@ -86,7 +86,9 @@ def build(
     most = np.where(lifts, np.maximum(most, lead), most)
     margin = shift[:, 0] + 1e-12 * (1.0 + arm)
     reach = np.linalg.norm(arms, axis=1) + np.linalg.norm(arms_err, axis=1)
-    paths = _paths(exits, reach, arm + radius, lengths, compliance, most + margin, force[0], n_taut)
+    # Where the rope leaves: the pulley, or C.
+    foot_reach = np.where(lifts, np.maximum(arm + radius, lead), arm + radius) * (1.0 + 1e-14)
+    paths = _paths(exits, reach, foot_reach, lengths, compliance, most + margin, force[0], n_taut)
     return RealModel(
         n_taut=n_taut,
         statics=statics,
@@ -97,6 +99,7 @@ def build(
         arm=arm,
         fixed=fixed,
         lift_off=np.minimum(lift_off, np.pi),
+        foot_reach=foot_reach,
         least_excess=least - margin,
         most_excess=most + margin,
         shift=shift,

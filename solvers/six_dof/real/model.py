@@ -35,6 +35,8 @@ class RealModel(NamedTuple):
     """(N,) |CK| + r theta_K: L = fixed - r psi + sigma while the rope touches the pulley."""
     lift_off: Floats
     """(N,) theta_K from below: from there on psi the rope may run past the pulley, straight from C."""
+    foot_reach: Floats
+    """(N,) how far from A the rope may leave towards X: from the pulley, or, lifted off, from C."""
     least_excess: Floats
     """(N,) L - |X - A| is at least this, wherever X is;"""
     most_excess: Floats

@@ -196,7 +196,7 @@ def along(real: Any, i: int, v0: float, v1: float, v2: float, desk: Any) -> floa
             total * seen[i, FREE] - (seen[i, REACH] + drift) * (1.0 + 1e-12) - 2.0 * seen[i, OFF_POINT]
         )
     total = seen[i, WAY] * v0 + seen[i, WAY + 1] * v1 + seen[i, WAY + 2] * v2
-    far = seen[i, REACH] + real.arm[i] + real.radius[i] + real.shift[i, 0] + 2.0 * ROUNDING * seen[i, SIZE]
+    far = seen[i, REACH] + real.foot_reach[i] + real.shift[i, 0] + 2.0 * ROUNDING * seen[i, SIZE]
     return float(total - far * (1.0 + 1e-12))
 
 
@@ -255,7 +255,7 @@ def below_cap(real: Any, C: Any, lane: int, desk: Any) -> bool:
     found = True
     for i in range(real.n_taut):
         seen = desk.seen
-        far = seen[i, AWAY] + seen[i, REACH] + real.arm[i]
+        far = seen[i, AWAY] + seen[i, REACH] + real.foot_reach[i]
         if desk.smooth[i]:
             off = (1.0 + real.radius[i] / seen[i, LEAST_FREE]) * seen[i, REACH] + 2.0 * seen[i, OFF_POINT]
             far = seen[i, FREE] + off
@@ -278,7 +278,10 @@ def stretch(real: Any, C: Any, lane: int, i: int, desk: Any) -> bool:
         off = (reach + seen[i, OFF_LENGTH]) * (1.0 + 1e-12)
         least, most = seen[i, PATH] - off, seen[i, PATH] + off
     else:
-        near, far = 0.0, (seen[i, AWAY] + reach + real.arm[i]) * (1.0 + 1e-12) + ROUNDING * seen[i, SIZE]
+        near, far = (
+            0.0,
+            (seen[i, AWAY] + reach + real.foot_reach[i]) * (1.0 + 1e-12) + ROUNDING * seen[i, SIZE],
+        )
         least = seen[i, AWAY] - reach + real.least_excess[i]
         most = seen[i, AWAY] + reach + real.most_excess[i]
     k = DENSITIES + 2 * i
