@@ -132,7 +132,7 @@ def others_outward(data: Any, box: Any, cable: int) -> bool:
 def only_one(data: Any, taut: Any, box: Any, domain: Any) -> bool:
     """Prove that the pose in a box (3 + m, 2), alone in its domain, with m taut cables, is the only one."""
     context = (data, leaves_outward(data, box), taut, domain, -1, SMALLEST)
-    stack, leaves = np.empty((QUICK_ROWS, WIDTH)), np.empty((1, WIDTH))
+    stack, leaves = np.empty((QUICK_ROWS + data[1].shape[0], WIDTH)), np.empty((1, WIDTH))
     kinds, children = np.empty(1, dtype=np.int64), np.empty((4, WIDTH))
     count = first_cells(data, context[1], stack)
     count, found, _ = run_cells(context, stack, count, leaves, kinds, children, QUICK_CELLS)
@@ -221,9 +221,11 @@ def routed_pose(
     int
         ``DECIDED``, ``AMONG_OTHERS`` or ``UNCLEAR``.
 
-    Guarantee --------- DECIDED: for all data in their ranges there is exactly one static pose, and ``bounds``
-    encloses it; cables in state ``TAUT`` carry tension, those ``SLACK`` none, of elastic ones that are
-    ``OPEN`` it is not known. AMONG_OTHERS: the same, but there may be more poses.
+    Guarantee
+    ---------
+    DECIDED: for all data in their ranges there is exactly one static pose, and ``bounds`` encloses it; cables
+    in state ``TAUT`` carry tension, those ``SLACK`` none, of elastic ones that are ``OPEN`` it is not known.
+    AMONG_OTHERS: the same, but there may be more poses.
     """
     data = data_of(routes, elastic, constant, given, load, frame[0, 0], lengths)
     count = lengths.shape[0]

@@ -10,6 +10,7 @@ from cdpr_interval.exact.enclosure import Bounds
 from cdpr_interval.mechanics.stability import Stability
 from solvers.point_mass.arrays import is_range
 from solvers.point_mass.entry import Fields, hull, unpacked
+from solvers.point_mass.fields import OPEN
 from solvers.point_mass.one_call import DECIDED
 from solvers.routed_mass.data import RoutedMass
 from solvers.routed_mass.pose import (
@@ -27,6 +28,7 @@ Part = tuple[RoutedMass, Bounds, Fields]
 """A robot, (N, 2) lengths in m, and the only pose."""
 VAGUE = 0.02
 """Share of the load up to which its range is not cut: tensions are proved within it."""
+CHANGES = "taut for some choices, slack for others, or not decided: {}"
 PIECES = 64
 """Most parts that ranges are cut into: some ten milliseconds."""
 
@@ -43,7 +45,12 @@ def find_all(mass: RoutedMass, lengths: Bounds, effort: Effort) -> Found:
     outward = all(hangs_outward(*one) for one in looked)
     stable = all(stability_of(*one) is Stability.STABLE for one in looked)
     stability = Stability.STABLE if stable else Stability.UNDECIDED
-    whole = noted(hull([fields for _, _, fields in parts]), mass)
+    whole = hull([fields for _, _, fields in parts])
+    if len(parts) > 1 and whole.is_open:
+        names = [mass.robot.cable_names[i] for i in np.flatnonzero(whole.states == OPEN)]
+        whole = replace(whole, note=CHANGES.format(", ".join(names)))
+    else:
+        whole = noted(whole, mass)
     return Found((whole,), (stability,), by_convexity=outward)
 
 

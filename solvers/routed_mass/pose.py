@@ -396,6 +396,8 @@ def _first(mass: RoutedMass, data: Routed, proved: bool) -> _First:
         box, domain = np.empty((3 + m, 2)), np.empty((3 + m, 2))
         if prove_balance(data, taut, x[: 3 + m].copy(), anywhere(3 + m), box, domain):
             fields = fields_at(mass, data, taut[:m], box)
+            if fields is None:
+                return _First()
             widest = _widened(data, taut, x[: 3 + m], box, domain)
             zero = _Zero(box[:3], widest[:3])
             return _First(fields, bool(is_outward(data, box)), taut[:m].copy(), widest, zero)

@@ -198,8 +198,10 @@ def prove_tied(data: Any, x: Any, multiplier: Any, box: Any) -> bool:
     box : (3, 2)
         Written, see the guarantee.
 
-    Guarantee --------- True: for all data in their ranges there is exactly one static pose at which every
-    cable is straight, leaves outward or hangs loose, and it lies in ``box``.
+    Guarantee
+    ---------
+    True: for all data in their ranges there is exactly one static pose at which every cable is straight,
+    leaves outward or hangs loose, and it lies in ``box``.
     """
     count = data[1].shape[0]
     ways, gradients = np.empty((count, WAY, 2)), np.empty((count, 3, 2))

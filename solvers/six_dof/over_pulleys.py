@@ -30,17 +30,20 @@ from solvers.answers.data import (
 from solvers.questions.problem import Options, Problem, Progress
 from solvers.six_dof.cells.merge import distinct
 from solvers.six_dof.cells.roots import Root, pose_of
-from solvers.six_dof.clusters import anywhere, connected
+from solvers.six_dof.clusters import connected
 from solvers.six_dof.forward import MOST_TAUT, Found, subsets
 from solvers.six_dof.real.build import in_halves, model_for
 from solvers.six_dof.real.columns import REAL_COLUMNS
 from solvers.six_dof.real.model import RealModel
-from solvers.six_dof.real.subset import RealSearch
+from solvers.six_dof.real.subset import RealSearch, start_cells
 from solvers.six_dof.solution import height, length_ball, nominal, origin
 
 Floats = NDArray[np.float64]
 
 NO_POSE = "no static pose: every taut subset is excluded"
+ANY_ROTATION = np.tile(np.array([-1.0, 1.0]), (3, 3, 1))
+ANYWHERE = np.tile(np.array([-np.inf, np.inf]), (3, 1))
+CONTRADICTION = "the way of a taut cable in ball arithmetic is not as long as the cable"
 OFF_REASON = "the pose is proved, but one of its other cables has no path there"
 MANY_REASON = "more than six taut cables, which share the load by their stretch, are not looked at yet"
 MOST_LOADS, LEAST_LOADS = 20.0, 3.0
@@ -158,7 +161,7 @@ class RealRun:
         count = len(self.problem.robot.cables)
         if self.problem.taut is None and self.problem.robot.is_elastic and count > MOST_TAUT:
             # Elastic cables share the load whatever their number.
-            undecided.append(anywhere(self.problem, tuple(range(count)), MANY_REASON))
+            undecided += self.many()
         reason = StopReason(stop.value) if stop is not None and pending else StopReason.EXHAUSTED
         nothing = not (solutions or undecided or pending)
         return Answer(
@@ -170,6 +173,15 @@ class RealRun:
             cells=sum(f.cells for _, f, _ in self.found),
             message=NO_POSE if nothing else "",
         )
+
+    def many(self) -> list[Undecided]:
+        """Return the entry of poses with more than six taut cables; none where these are proved not to be."""
+        everything = tuple(range(len(self.problem.robot.cables)))
+        if self.options.ignore_slack:
+            # Cables that are in no way bound nothing.
+            return [Undecided(everything, 1, MANY_REASON, ANYWHERE, ANY_ROTATION)]
+        cells = start_cells(model_for(self.problem, everything, slack=False))
+        return everywhere(self.problem, everything, cells, MANY_REASON) if len(cells) else []
 
 
 def cap_of(real: RealModel) -> float:
@@ -239,6 +251,11 @@ def solution_of(
     respected: bool | None = True
     for i, seen in enumerate(view):
         if i in densities:
+            if not problem.loaded.models[i].law.stretches and not seen.path.length.overlaps(
+                length_ball(problem, i)
+            ):
+                # Two models of one cable that contradict each other: nothing is claimed.
+                return _region(problem, taut, pose, 1, CONTRADICTION)
             states.append(CableState.TAUT if densities[i] > 0 else CableState.UNDECIDED)
             continue
         length = length_ball(problem, i)
@@ -300,9 +317,12 @@ def stability_of(problem: Problem, view: list[Seen], densities: dict[int, arb], 
         form += move.transpose() * seen.turning * move * tension + _corner(turned)
         pulled = move.transpose() * a
         constant = _spring(problem, i)
+        if not t > 0:
+            # A cable that may be just slack holds nothing back on one side.
+            continue
         if constant is not None:
             form += pulled * pulled.transpose() * constant
-        elif t > 0:
+        else:
             rows.append(balls.entries(pulled))
     if not all(x.is_finite() for x in form.entries()):
         return Stability.UNDECIDED
@@ -365,4 +385,4 @@ def everywhere(problem: Problem, taut: tuple[int, ...], cells: Floats, reason: s
     lo, hi = cells[:, 6:12:2].min(axis=0), cells[:, 7:12:2].max(axis=0)
     far = balls.to_bounds(centre)[1]
     position = np.stack([np.nextafter(lo - far, -np.inf), np.nextafter(hi + far, np.inf)], axis=1)
-    return [Undecided(taut, len(cells), reason, position, np.tile(np.array([-1.0, 1.0]), (3, 3, 1)))]
+    return [Undecided(taut, len(cells), reason, position, ANY_ROTATION)]

@@ -518,7 +518,11 @@ def lift(route: Any, flat: Any, parts: Any, way: Any) -> None:
     past, out = np.empty((8, 2)), np.empty((2, 2))
     past_way(route, flat, past, out)
     if parts[2, 1] < 0.0:
+        outside = parts[1, 0] > 0.0
         parts[:] = past
+        if not outside:
+            # Points of the box may lie inside the pulley, as sigma tells: they have no way.
+            parts[1, 0] = 0.0
         way[SWING : SWING + 2] = out
         way[TILT : TILT + 2] = 0.0
         return

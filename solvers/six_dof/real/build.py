@@ -59,7 +59,9 @@ def build(
     radius = np.array([float(c.radius) for c in cables])
     arm = np.array([max(float(c.pulley_arm), float(c.radius)) for c in cables])
     lead = np.array([float(c.lead_in) for c in cables])
-    fixed, fixed_err, angle = _arrival(radius, arm, lead)
+    fixed, fixed_err, angle = _arrival(
+        radius, arm, lead, np.array([c.lead_in == 0 and c.pulley_arm <= c.radius for c in cables])
+    )
     point = np.linalg.norm(exits_err, axis=1) + np.linalg.norm(arms_err, axis=1)
     shift = np.stack(
         [(point + fixed_err + 4.0 * UNIT * (radius + arm)) * 1.01, 8.0 * UNIT * (radius > 0.0)], axis=1
@@ -107,19 +109,25 @@ def build(
     )
 
 
-def _arrival(radius: Floats, arm: Floats, lead: Floats) -> tuple[Floats, Floats, Floats]:
-    """Return |CK| + r theta_K of each cable (N,), the error of that, and theta_K."""
+def _arrival(
+    radius: Floats, arm: Floats, lead: Floats, exact_start: NDArray[np.bool_]
+) -> tuple[Floats, Floats, Floats]:
+    """Return |CK| + r theta_K of each cable (N,), the error of that, and theta_K.
+
+    ``exact_start`` (N,): the rope starts where it meets the pulley.
+    """
     wrapped = np.hypot(arm, lead)
     straight = np.sqrt(np.maximum((wrapped - radius) * (wrapped + radius), 0.0))
     with np.errstate(all="ignore"):
         # As arctangents: arccosines lose digits where the rope starts at the pulley.
         angle = np.pi + np.arctan2(lead, arm) - np.arctan2(straight, radius)
     tangent = straight.copy()
-    exact_start = (lead == 0.0) & (arm == radius)
     angle[exact_start], tangent[exact_start] = np.pi, 0.0
     fixed = np.where(radius > 0.0, tangent + radius * angle, lead)
     # The square root is as sensitive as the rope's start is near the pulley.
-    loss = np.where(exact_start, 0.0, 4.0 * wrapped * wrapped / np.maximum(straight, 1e-12))
+    loss = np.where(
+        exact_start, 0.0, 4.0 * wrapped * wrapped / np.maximum(straight, np.maximum(3e-8 * wrapped, 1e-12))
+    )
     return fixed, UNIT * np.where(radius > 0.0, fixed + loss + 8.0 * radius, lead), angle
 
 

@@ -116,7 +116,7 @@ class RealSearch:
 
     def end_early(self, stop: Stop, cells: Floats) -> None:
         """Keep what is left when a budget is spent: as pending, or of a possible family as undecided."""
-        if self.budget.stop() is None:
+        if self.most_cells is not None and self.budget.stop() is None:
             self.undecided, self.reason = cells, self.beyond
         else:
             self.stop, self.pending = stop, self.pending + len(cells)
