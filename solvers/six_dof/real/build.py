@@ -100,6 +100,7 @@ def build(
         paths=paths,
         compliance=compliance,
         elastic=bool((compliance[:n_taut, 1] > 0.0).any()),
+        pulls=bool((compliance[:n_taut, 0] > 0.0).all()),
         cap=np.inf,
         above=False,
         load=force[0],

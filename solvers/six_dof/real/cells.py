@@ -60,6 +60,7 @@ from cdpr_interval.mechanics.six_dof.geometry import rotation_rows
 from cdpr_interval.mechanics.six_dof.rows import BEFORE, DIMENSIONS, MOST_TAUT, MOST_TENSION, MOVING, TENSIONS
 from solvers.six_dof.real import survey as surveys
 from solvers.six_dof.real.columns import BOX, CENTRE, DENSITIES, FORMED, NEXT, RANGE, REAL_COLUMNS, TIGHTER
+from solvers.six_dof.real.pull import pull_rows
 from solvers.six_dof.real.shape import (
     back_to_box,
     length_row,
@@ -258,6 +259,15 @@ def bound_densities(context: Any, rank: int, states: Any) -> None:
                     states[lane] = UNBALANCED
 
 
+@kernel(inline="always")
+def unpulled(context: Any, states: Any) -> None:
+    """Mark the open lanes where the pulls of stretched cables cannot balance the load as UNBALANCED."""
+    S, F, W, _, _, _ = context.scratch
+    pull_rows(F, context.real, DIMENSIONS, context.desk.spots, S)
+    for k in range(DIMENSIONS):
+        mark(W, cannot_vanish(F, EQUATION + DIMENSIONS + k, S), states, UNBALANCED)
+
+
 @kernel()
 def cut_density(real: Any, C: LaneArray, lane: int, i: int, low: float, high: float) -> bool:
     """Cut the bounds of a density; True where much of a stretch is gone that counted."""
@@ -348,12 +358,16 @@ def process(context: Any, count: int, children: Any) -> None:
     if any_open(states):
         if context.real.elastic:
             bound_densities(context, rank, states)
+        if context.real.pulls and any_open(states):
+            unpulled(context, states)
         settled(context, states)
         for lane in range(LANES):
             if states[lane] == OPEN:
                 choose_next(context.real, C, lane, desk)
         if small_lanes(C, states):
             equations = balance_equations(context, rank)
+            if context.real.pulls:
+                equations = 2 * DIMENSIONS
             contract_open(F, W, C, states, equations, V, S)
     for lane in range(count):
         verdicts[lane] = verdict(context, lane, children)

@@ -49,5 +49,9 @@ HELD = 42
 TO_FOOT, LEVEL, LEVEL_ERROR, POINT_ERROR = 0, 3, 4, 5
 """Of a cable for the forms of a batch: T0 - p_c (3), (|T0 - p_c|^2 + |b|^2 - s^2) / 2 and its error, the
 error of T0."""
-SPOT = 6
+SQUARE, SQUARE_ERROR = 6, 7
+"""(|T0 - p_c|^2 + |b|^2) / 2 and its error;"""
+REST, LENGTH_ERROR, TURNED_SHARE = 8, 9, 10
+"""l - (L0 - sigma0), the errors of the path length and of the free length, both over the least sigma."""
+SPOT = 11
 """How many there are."""

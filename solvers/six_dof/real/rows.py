@@ -17,6 +17,12 @@ OUTER = FORMS.take("OUTER", 9)
 """(s R e_j x v)_k at 3 k + j."""
 TURNED = FORMS.take("TURNED", 3)
 """s R b of one cable."""
+ONE_OVER_SCALE = FORMS.take("ONE_OVER_SCALE")
+"""1 / s."""
+FROM_FOOT = FORMS.take("FROM_FOOT")
+"""|X - T0|^2 / 2 of one cable."""
+DENSITY = FORMS.take("DENSITY")
+"""t of one cable, by its stretch."""
 
 WORK = Table(platform.WORK.ranges)
 """Rows of W."""

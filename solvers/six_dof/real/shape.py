@@ -58,6 +58,8 @@ from solvers.six_dof.real.columns import (
     FORMED,
     FREE,
     HIGHEST,
+    LEAST_FREE,
+    LENGTH_ERROR,
     LEVEL,
     LEVEL_ERROR,
     LOOSE,
@@ -65,9 +67,13 @@ from solvers.six_dof.real.columns import (
     PATH,
     POINT_ERROR,
     RANGE,
+    REST,
     SECOND,
     SIZE,
+    SQUARE,
+    SQUARE_ERROR,
     TO_FOOT,
+    TURNED_SHARE,
 )
 from solvers.six_dof.real.path import ROUNDING
 from solvers.six_dof.real.rows import INNER, OUTER, SCALED, SQUARED, TURNED
@@ -85,6 +91,7 @@ def spot(real: Any, lane: int, desk: Any) -> None:
         spots[i, POINT_ERROR, lane] = math.inf
         spots[i, LEVEL_ERROR, lane] = math.inf
         spots[i, LEVEL, lane] = 0.0
+        spots[i, SQUARE_ERROR, lane] = math.inf
         total = 0.0
         for k in range(3):
             y = seen[i, FOOT + k] - held[lane, CENTRE + k]
@@ -107,6 +114,13 @@ def spot(real: Any, lane: int, desk: Any) -> None:
         spots[i, LEVEL, lane] = level
         spots[i, LEVEL_ERROR, lane] = error * (1.0 + 1e-12)
         spots[i, POINT_ERROR, lane] = (seen[i, DRIFT] + moved + real.shift[i, 0]) * (1.0 + 1e-12)
+        spots[i, SQUARE, lane] = 0.5 * (total + b * b)
+        spots[i, SQUARE_ERROR, lane] = 4.0 * ROUNDING * (total + b * b)
+        least, most = real.lengths[i, 0] - start, real.lengths[i, 1] - start
+        spots[i, REST, lane] = 0.5 * (least + most)
+        off = 0.5 * (most - least) + seen[i, LOOSE] + 2.0 * moved
+        spots[i, LENGTH_ERROR, lane] = off / seen[i, LEAST_FREE] * (1.0 + 1e-12)
+        spots[i, TURNED_SHARE, lane] = spots[i, POINT_ERROR, lane] / seen[i, LEAST_FREE] * (1.0 + 1e-12)
 
 
 @kernel()
@@ -288,17 +302,29 @@ def turned_arm(F: Forms, real: Any, i: int, S: Symbols) -> None:
 @kernel()
 def length_row(F: Forms, out: int, real: Any, i: int, spots: LaneArray, S: Symbols) -> None:
     """Write s G_i to ``out``. Needs ``product_rows``; uses TURNED and SCRATCH + 1."""
+    sphere_row(F, out, real, i, spots, LEVEL, S)
+
+
+@kernel()
+def square_row(F: Forms, out: int, real: Any, i: int, spots: LaneArray, S: Symbols) -> None:
+    """Write s |X_i - T0_i|^2 / 2 to ``out``. Needs ``product_rows``; uses TURNED and SCRATCH + 1."""
+    sphere_row(F, out, real, i, spots, SQUARE, S)
+
+
+@kernel()
+def sphere_row(F: Forms, out: int, real: Any, i: int, spots: LaneArray, level: int, S: Symbols) -> None:
+    """Write s (|X_i - T0_i|^2 - (|y_i|^2 + |b_i|^2) + 2 level) / 2; its error is in the place after ``level``."""
     y0, y1, y2 = load(spots, i, TO_FOOT), load(spots, i, TO_FOOT + 1), load(spots, i, TO_FOOT + 2)
     b0, b1, b2 = splat(real.arms[i, 0]), splat(real.arms[i, 1]), splat(real.arms[i, 2])
     turned_arm(F, real, i, S)
-    error = load(spots, i, LEVEL_ERROR) * largest(F, SCALE, S)
+    error = load(spots, i, level + 1) * largest(F, SCALE, S)
     combine3(F, out, TURNED, -y0, -y1, -y2, inflate_lanes(error, splat(0.0), 4.0), S)
     combine3(F, SCRATCH + 1, SCALED, -y0, -y1, -y2, splat(0.0), S)
     add_scaled(F, out, SCRATCH + 1, splat(1.0), S)
     combine3(F, SCRATCH + 1, INNER, b0, b1, b2, splat(0.0), S)
     add_scaled(F, out, SCRATCH + 1, splat(1.0), S)
     add_scaled(F, out, SQUARED, splat(0.5), S)
-    add_scaled(F, out, SCALE, load(spots, i, LEVEL), S)
+    add_scaled(F, out, SCALE, load(spots, i, level), S)
 
 
 @kernel()

@@ -1,0 +1,118 @@
+"""The balance of forces with tensions as forms: cables that stretch say what they pull at a pose.
+
+With D = |X - T0|, the path length is L = start + D + e, |e| <= LOOSE, and the free length sigma differs from
+D by at most DRIFT. A taut cable has the density t = (L - l) / (c sigma), so that
+
+    c t = 1 - rest / D + e',    rest = l - start,    |e'| <= (LOOSE + DRIFT |1 - rest / D|) / sigma,
+
+a form of second order in the symbols of the cell, and the six rows s (sum t_i w_i + w_0) vanish at every
+pose of taut elastic cables. They hold where lengths bound nothing: where tensions may be anything.
+
+Arrays: ``F``, ``W``, ``C`` as in ``cells.tests``, ``F`` with the rows of ``rows``; ``desk`` is a
+``survey.Desk``, ``real`` is a ``RealModel``; ``spots`` (n, SPOT, LANES) are the desk's.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from cdpr_interval.engine.batch_cells import maximum
+from cdpr_interval.engine.rows import EQUATION
+from cdpr_interval.kernels.kernel import kernel
+from cdpr_interval.kernels.lanes import LaneArray, Lanes, load, root, splat, store, where_less
+from cdpr_interval.kernels.rounding import inflate_lanes
+from cdpr_interval.kernels.second_order import (
+    Forms,
+    Symbols,
+    add_product,
+    add_scaled,
+    bounds,
+    largest,
+    multiply,
+    scale,
+    widen,
+)
+from cdpr_interval.mechanics.six_dof.rows import DIMENSIONS, LOAD, SCALE, WRENCH
+from solvers.six_dof.real.columns import (
+    LENGTH_ERROR,
+    REST,
+    SQUARE,
+    SQUARE_ERROR,
+    TURNED_SHARE,
+)
+from solvers.six_dof.real.rows import DENSITY, FROM_FOOT, ONE_OVER_SCALE
+from solvers.six_dof.real.shape import square_row
+
+ROUNDINGS = 1e-14
+"""Relative error of a power in floats: some forty units, of about ten needed."""
+
+
+@kernel()
+def curved(F: Forms, out: int, a: int, f0: Lanes, f1: Lanes, low: Lanes, high: Lanes, S: Symbols) -> None:
+    """Write f0 + f1 d + [low, high] d^2 to ``out``, d the row ``a`` less its centre; overwrites ``a``.
+
+    f0 and f1 may be off by ROUNDINGS of them.
+    """
+    store(F, a, 0, 0.0)
+    most = largest(F, a, S)
+    middle, radius = 0.5 * (low + high), 0.5 * (high - low)
+    multiply(F, out, a, a, 1.0, S)
+    scale(F, out, out, middle, S)
+    add_scaled(F, out, a, f1, S)
+    store(F, out, 0, load(F, out, 0) + f0)
+    off = ROUNDINGS * (abs(f0) + abs(f1) * most + (abs(middle) + radius) * most * most)
+    widen(F, out, inflate_lanes(radius * most * most + off, splat(0.0), 8.0), S)
+
+
+@kernel()
+def inverse(F: Forms, out: int, a: int, S: Symbols) -> None:
+    """Write 1 / a for a row ``a`` that is positive; overwrites it."""
+    lo, hi = bounds(F, a, S)
+    x = load(F, a, 0)
+    curved(F, out, a, 1.0 / x, -1.0 / (x * x), 1.0 / (hi * hi * hi), 1.0 / (lo * lo * lo), S)
+
+
+@kernel()
+def inverse_root(F: Forms, out: int, a: int, S: Symbols) -> None:
+    """Write (2 a)^(-1/2) for a row ``a``, everything where it may not be positive; overwrites it."""
+    lo, hi = bounds(F, a, S)
+    positive = where_less(0.0, lo, splat(1.0), 0.0)
+    # Where not, any numbers: the error becomes infinite.
+    lo = where_less(0.0, positive, lo, 0.5)
+    hi = where_less(0.0, positive, hi, 0.5)
+    x = 2.0 * where_less(0.0, positive, load(F, a, 0), 0.5)
+    d = 1.0 / root(x)
+    near, far = 1.0 / root(2.0 * lo), 1.0 / root(2.0 * hi)
+    low, high = 1.5 * far * (far * far) * (far * far), 1.5 * near * (near * near) * (near * near)
+    curved(F, out, a, d, -d * d * d, low, high, S)
+    widen(F, out, where_less(0.0, positive, splat(0.0), 1e300), S)
+
+
+@kernel()
+def density_row(F: Forms, real: Any, i: int, spots: LaneArray, S: Symbols) -> None:
+    """Write the density of cable ``i`` to DENSITY. Needs ONE_OVER_SCALE and the rows of ``product_rows``."""
+    square_row(F, DENSITY, real, i, spots, S)
+    multiply(F, FROM_FOOT, DENSITY, ONE_OVER_SCALE, 1.0, S)
+    inverse_root(F, DENSITY, FROM_FOOT, S)
+    scale(F, DENSITY, DENSITY, -load(spots, i, REST), S)
+    store(F, DENSITY, 0, load(F, DENSITY, 0) + 1.0)
+    most = largest(F, DENSITY, S)
+    off = load(spots, i, LENGTH_ERROR) + load(spots, i, TURNED_SHARE) * most + ROUNDINGS * (1.0 + most)
+    low, high = 1.0 / real.compliance[i, 1], 1.0 / real.compliance[i, 0]
+    stiffness, range_of = 0.5 * (low + high), 0.5 * (high - low)
+    scale(F, DENSITY, DENSITY, splat(stiffness), S)
+    error = stiffness * off + (range_of + ROUNDINGS * stiffness) * (most + off)
+    widen(F, DENSITY, inflate_lanes(error, splat(0.0), 8.0), S)
+
+
+@kernel()
+def pull_rows(F: Forms, real: Any, first: int, spots: LaneArray, S: Symbols) -> None:
+    """Write s (sum t_i w_i + w_0) to EQUATION + first .., six rows. Needs ``wrench_rows``."""
+    scale(F, DENSITY, SCALE, splat(1.0), S)
+    inverse(F, ONE_OVER_SCALE, DENSITY, S)
+    for k in range(DIMENSIONS):
+        scale(F, EQUATION + first + k, LOAD + k, splat(1.0), S)
+    for i in range(real.n_taut):
+        density_row(F, real, i, spots, S)
+        for k in range(DIMENSIONS):
+            add_product(F, EQUATION + first + k, DENSITY, WRENCH + DIMENSIONS * i + k, 1.0, S)
