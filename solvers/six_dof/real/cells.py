@@ -60,7 +60,7 @@ from cdpr_interval.mechanics.six_dof.geometry import rotation_rows
 from cdpr_interval.mechanics.six_dof.rows import BEFORE, DIMENSIONS, MOST_TAUT, MOST_TENSION, MOVING, TENSIONS
 from solvers.six_dof.real import survey as surveys
 from solvers.six_dof.real.columns import BOX, CENTRE, DENSITIES, FORMED, NEXT, RANGE, REAL_COLUMNS, TIGHTER
-from solvers.six_dof.real.pull import pull_rows
+from solvers.six_dof.real.pull import cannot_balance, pull_rows
 from solvers.six_dof.real.shape import (
     back_to_box,
     length_row,
@@ -264,8 +264,7 @@ def unpulled(context: Any, states: Any) -> None:
     """Mark the open lanes where the pulls of stretched cables cannot balance the load as UNBALANCED."""
     S, F, W, _, _, _ = context.scratch
     pull_rows(F, context.real, DIMENSIONS, context.desk.spots, S)
-    for k in range(DIMENSIONS):
-        mark(W, cannot_vanish(F, EQUATION + DIMENSIONS + k, S), states, UNBALANCED)
+    mark(W, cannot_balance(F, W, DIMENSIONS, S), states, UNBALANCED)
 
 
 @kernel()

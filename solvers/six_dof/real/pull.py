@@ -16,8 +16,9 @@ from __future__ import annotations
 
 from typing import Any
 
-from cdpr_interval.engine.batch_cells import maximum
-from cdpr_interval.engine.rows import EQUATION
+from cdpr_interval.engine.contraction import cannot_vanish, noise
+from cdpr_interval.engine.rows import EQUATION, SCRATCH, SYSTEM
+from cdpr_interval.kernels.dense import solve_definite
 from cdpr_interval.kernels.kernel import kernel
 from cdpr_interval.kernels.lanes import LaneArray, Lanes, load, root, splat, store, where_less
 from cdpr_interval.kernels.rounding import inflate_lanes
@@ -27,12 +28,13 @@ from cdpr_interval.kernels.second_order import (
     add_product,
     add_scaled,
     bounds,
+    combine6,
     largest,
     multiply,
     scale,
     widen,
 )
-from cdpr_interval.mechanics.six_dof.rows import DIMENSIONS, LOAD, SCALE, WRENCH
+from cdpr_interval.mechanics.six_dof.rows import DIMENSIONS, LOAD, SCALE, WRENCH, Y
 from solvers.six_dof.real.columns import (
     LENGTH_ERROR,
     REST,
@@ -116,3 +118,33 @@ def pull_rows(F: Forms, real: Any, first: int, spots: LaneArray, S: Symbols) -> 
         density_row(F, real, i, spots, S)
         for k in range(DIMENSIONS):
             add_product(F, EQUATION + first + k, DENSITY, WRENCH + DIMENSIONS * i + k, 1.0, S)
+
+
+@kernel()
+def choose_weights(F: Forms, W: LaneArray, first: int, S: Symbols) -> None:
+    """Write to Y what weights the six rows EQUATION + first .. so that their sum stays farthest from zero.
+
+    With c the centres, l_k the slopes and n what else the rows vary by, y = (sum l_k l_k^T + diag(n)^2)^-1 c.
+    """
+    for a in range(DIMENSIONS):
+        row = EQUATION + first + a
+        for b in range(a, DIMENSIONS):
+            total = splat(0.0)
+            for k in range(len(S.noise)):
+                total += load(F, row, 1 + k) * load(F, EQUATION + first + b, 1 + k)
+            store(W, SYSTEM + a, b, total)
+            store(W, SYSTEM + b, a, total)
+        rest = noise(F, row, S)
+        store(W, SYSTEM + a, a, load(W, SYSTEM + a, a) + rest * rest)
+        store(W, SYSTEM + a, DIMENSIONS, load(F, row, 0))
+    solve_definite(W, SYSTEM, DIMENSIONS, 1)
+    for a in range(DIMENSIONS):
+        store(W, Y, a, load(W, SYSTEM + a, DIMENSIONS))
+
+
+@kernel()
+def cannot_balance(F: Forms, W: LaneArray, first: int, S: Symbols) -> Lanes:
+    """Return 1 where some weighted sum of the six rows EQUATION + first .. is zero nowhere, else 0."""
+    choose_weights(F, W, first, S)
+    combine6(F, SCRATCH, EQUATION + first, W, Y, S)
+    return cannot_vanish(F, SCRATCH, S)
