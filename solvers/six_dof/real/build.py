@@ -51,7 +51,10 @@ def build(
     statics: bool = True,
     slack: bool = True,
 ) -> RealModel:
-    """Enclose the cables, the taut ones first, in the arrays of a ``RealModel``."""
+    """Enclose the cables in the arrays of a ``RealModel``.
+
+    The taut ones come first, of these those that do not stretch; else ``ValueError``.
+    """
     exits, exits_err = _vectors([c.exit for c in cables])
     arms, arms_err = _vectors([c.arm for c in cables])
     force, force_err = _vectors([load])
@@ -100,14 +103,21 @@ def build(
         paths=paths,
         compliance=compliance,
         elastic=bool((compliance[:n_taut, 1] > 0.0).any()),
-        pulls=bool((compliance[:n_taut, 0] > 0.0).all()),
-        cap=np.inf,
-        above=False,
+        rigid=_rigid(compliance[:n_taut, 1]),
         load=force[0],
         load_err=force_err[0],
         size=platform_size(arms[:n_taut]),
         triple=_triple(exits, arms, n_taut),
     )
+
+
+def _rigid(compliance: Floats) -> int:
+    """Return how many cables do not stretch; ``ValueError`` where they are not the first."""
+    stretches = compliance > 0.0
+    count = int((~stretches).sum())
+    if stretches[:count].any():
+        raise ValueError("cables that stretch come behind those that do not")
+    return count
 
 
 def _arrival(
@@ -158,16 +168,16 @@ def model_for(problem: Problem, taut: Sequence[int], *, slack: bool = True) -> R
     return build([cables[i] for i in (*taut, *others)], problem.load, len(taut))
 
 
-def in_halves(real: RealModel, cap: float) -> tuple[RealModel, RealModel]:
-    """Return arrays for equilibria with no tension of an elastic cable above ``cap`` N, and for the others.
+def within(real: RealModel, most: float) -> RealModel:
+    """Return arrays for equilibria with no tension of an elastic cable above ``most`` N.
 
-    A tension of at most ``cap`` stretches a cable by at most so much.
+    A tension of at most ``most`` stretches a cable by at most so much.
     """
     paths = real.paths.copy()
-    stretched = (real.lengths[:, 1] + real.compliance[:, 1] * cap) * (1.0 + 1e-14)
+    stretched = (real.lengths[:, 1] + real.compliance[:, 1] * most) * (1.0 + 1e-14)
     is_elastic = (real.compliance[:, 1] > 0.0) & (np.arange(len(paths)) < real.n_taut)
     paths[is_elastic, 1] = np.minimum(paths[is_elastic, 1], stretched[is_elastic])
-    return real._replace(paths=paths), real._replace(cap=cap, above=True)
+    return real._replace(paths=paths)
 
 
 def _paths(

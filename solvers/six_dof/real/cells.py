@@ -26,7 +26,7 @@ from cdpr_interval.engine.batch_cells import (
     open_first,
     open_lanes,
 )
-from cdpr_interval.engine.batches import batches
+from cdpr_interval.engine.batches import ADMITTED, gathered
 from cdpr_interval.engine.contraction import blank, cannot_vanish, cut_pivots, shrunk, solve_for_pivots
 from cdpr_interval.engine.rows import (
     BOUNDED,
@@ -60,7 +60,7 @@ from cdpr_interval.mechanics.six_dof.geometry import rotation_rows
 from cdpr_interval.mechanics.six_dof.rows import BEFORE, DIMENSIONS, MOST_TAUT, MOST_TENSION, MOVING, TENSIONS
 from solvers.six_dof.real import survey as surveys
 from solvers.six_dof.real.columns import BOX, CENTRE, DENSITIES, FORMED, NEXT, RANGE, REAL_COLUMNS, TIGHTER
-from solvers.six_dof.real.pull import cannot_balance, pull_rows
+from solvers.six_dof.real.pull import add_pulls, cannot_balance
 from solvers.six_dof.real.shape import (
     back_to_box,
     length_row,
@@ -70,14 +70,14 @@ from solvers.six_dof.real.shape import (
     spot,
     wrench_rows,
 )
-from solvers.six_dof.real.survey import survey
+from solvers.six_dof.real.survey import look_again, survey
 
 CHART, VARIABLES = REAL_COLUMNS.chart, REAL_COLUMNS.variables
 V = (0, 0, 0, 0, 0, 0)
 """An entry for each variable, so that the compiler knows how many there are."""
 CUTS = 3
 """Most looks at the lengths before the other tests."""
-CONTRACT_WIDTH = 0.3
+CONTRACT_WIDTH = 0.6
 """Width of u below which a cell that is not excluded is contracted by all equations."""
 REST_SHARE = 8.0
 """How wide the rest w may be over what the rotations move the platform by: else positions are bisected."""
@@ -106,21 +106,17 @@ class RealContext(NamedTuple):
 
 @kernel(inline="always")
 def look(context: Any, states: Any, first: bool) -> None:
-    """Survey the lanes that move, and write their shared forms; states become NO_LENGTH or WIDE, or stay."""
+    """Write the shared forms of the lanes that move; states become NO_LENGTH, or stay."""
     S, F, W, C, _, _ = context.scratch
     real, desk = context.real, context.desk
     for lane in range(LANES):
         if W[MOVING, 0, lane] == 0.0 or not first:
             continue
-        found = survey(real, F, C, lane, desk)
-        if found == surveys.EMPTY:
-            states[lane] = NO_LENGTH
-        elif found == surveys.WIDE:
-            states[lane] = WIDE
-        else:
+        if look_again(real, C, lane, desk):
             spot(real, lane, desk)
             polynomial(real, F, C, lane, desk)
-        if states[lane] != OPEN:
+        else:
+            states[lane] = NO_LENGTH
             W[MOVING, 0, lane] = 0.0
     position_rows(F, C, desk.held, S)
     product_rows(F, S)
@@ -260,11 +256,22 @@ def bound_densities(context: Any, rank: int, states: Any) -> None:
 
 
 @kernel(inline="always")
-def unpulled(context: Any, states: Any) -> None:
-    """Mark the open lanes where the pulls of stretched cables cannot balance the load as UNBALANCED."""
+def pull_equations(context: Any, rank: int, states: Any) -> int:
+    """Write what the pulls of stretched cables must satisfy behind the first six equations; return all.
+
+    They count as a part of the load, which the cables that do not stretch must balance: the row LOAD is
+    overwritten. Lanes where they cannot become UNBALANCED.
+    """
     S, F, W, _, _, _ = context.scratch
-    pull_rows(F, context.real, DIMENSIONS, context.desk.spots, S)
+    real, rigid = context.real, context.real.rigid
+    add_pulls(F, real, context.desk.spots, S)
+    centre_columns(F, W, rigid)
+    limited = limit_tensions(F, W, rigid, rank, S)
+    statics_equations(F, W, rigid, DIMENSIONS, 0, S)
+    for k in range(DIMENSIONS):
+        blank(F, EQUATION + DIMENSIONS + k, limited if k < DIMENSIONS - rigid else splat(0.0), S)
     mark(W, cannot_balance(F, W, DIMENSIONS, S), states, UNBALANCED)
+    return 2 * DIMENSIONS - rigid
 
 
 @kernel()
@@ -357,16 +364,14 @@ def process(context: Any, count: int, children: Any) -> None:
     if any_open(states):
         if context.real.elastic:
             bound_densities(context, rank, states)
-        if context.real.pulls and any_open(states):
-            unpulled(context, states)
         settled(context, states)
         for lane in range(LANES):
             if states[lane] == OPEN:
                 choose_next(context.real, C, lane, desk)
         if small_lanes(C, states):
             equations = balance_equations(context, rank)
-            if context.real.pulls:
-                equations = 2 * DIMENSIONS
+            if context.real.elastic and context.real.rigid < MOST_TAUT:
+                equations = pull_equations(context, rank, states)
             contract_open(F, W, C, states, equations, V, S)
     for lane in range(count):
         verdicts[lane] = verdict(context, lane, children)
@@ -430,9 +435,21 @@ def bisect(C: LaneArray, lane: int, k: int, children: Any, leaf_size: float) -> 
     return int(halve(C, lane, children, 2 * k))
 
 
+@kernel(inline="always")
+def admit(context: Any, lane: int, children: Any) -> int:
+    """Survey a cell: excluded, bisected at once, or to be put to the tests on forms; see ``engine.batches``."""
+    C, desk = context.scratch.cells, context.desk
+    found = survey(context.real, C, lane, desk)
+    if found == surveys.EMPTY:
+        return 0
+    if found == surveys.READY:
+        return ADMITTED
+    return int(bisect(C, lane, int(desk.held[lane, NEXT]), children, context.leaf_size))
+
+
 @entry()
 def run(
     context: Any, stack: Any, count: int, leaves: Any, kinds: Any, children: Any, cell_limit: int
 ) -> tuple[int, int, int]:
     """Search cells in (u, p) depth first; see ``engine.batches``."""
-    return batches(process, context, stack, count, leaves, kinds, children, cell_limit)
+    return gathered(admit, process, context, stack, count, leaves, kinds, children, cell_limit)

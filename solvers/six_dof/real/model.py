@@ -56,12 +56,8 @@ class RealModel(NamedTuple):
     """(N, 2) bounds of 1 / k, the stretch by 1 N; 0 of cables that do not stretch."""
     elastic: bool
     """Some taut cable stretches."""
-    pulls: bool
-    """All taut cables stretch: tensions follow from the pose."""
-    cap: float
-    """Tensions that count as high, N."""
-    above: bool
-    """Only equilibria at which a cable that stretches has a tension above ``cap`` are asked for."""
+    rigid: int
+    """How many taut cables do not; they come first."""
     load: Floats
     """(3,) f."""
     load_err: Floats

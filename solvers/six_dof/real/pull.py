@@ -5,8 +5,9 @@ D by at most DRIFT. A taut cable has the density t = (L - l) / (c sigma), so tha
 
     c t = 1 - rest / D + e',    rest = l - start,    |e'| <= (LOOSE + DRIFT |1 - rest / D|) / sigma,
 
-a form of second order in the symbols of the cell, and the six rows s (sum t_i w_i + w_0) vanish at every
-pose of taut elastic cables. They hold where lengths bound nothing: where tensions may be anything.
+a form of second order in the symbols of the cell. Such pulls are a part of the load on the cables that do not
+stretch; where all stretch, the six rows of that load vanish at every pose. They say something also where
+lengths bound nothing: where tensions may be anything.
 
 Arrays: ``F``, ``W``, ``C`` as in ``cells.tests``, ``F`` with the rows of ``rows``; ``desk`` is a
 ``survey.Desk``, ``real`` is a ``RealModel``; ``spots`` (n, SPOT, LANES) are the desk's.
@@ -38,8 +39,6 @@ from cdpr_interval.mechanics.six_dof.rows import DIMENSIONS, LOAD, SCALE, WRENCH
 from solvers.six_dof.real.columns import (
     LENGTH_ERROR,
     REST,
-    SQUARE,
-    SQUARE_ERROR,
     TURNED_SHARE,
 )
 from solvers.six_dof.real.rows import DENSITY, FROM_FOOT, ONE_OVER_SCALE
@@ -108,16 +107,14 @@ def density_row(F: Forms, real: Any, i: int, spots: LaneArray, S: Symbols) -> No
 
 
 @kernel()
-def pull_rows(F: Forms, real: Any, first: int, spots: LaneArray, S: Symbols) -> None:
-    """Write s (sum t_i w_i + w_0) to EQUATION + first .., six rows. Needs ``wrench_rows``."""
+def add_pulls(F: Forms, real: Any, spots: LaneArray, S: Symbols) -> None:
+    """Add s t_i w_i of all cables that stretch to the rows LOAD. Needs ``wrench_rows``."""
     scale(F, DENSITY, SCALE, splat(1.0), S)
     inverse(F, ONE_OVER_SCALE, DENSITY, S)
-    for k in range(DIMENSIONS):
-        scale(F, EQUATION + first + k, LOAD + k, splat(1.0), S)
-    for i in range(real.n_taut):
+    for i in range(real.rigid, real.n_taut):
         density_row(F, real, i, spots, S)
         for k in range(DIMENSIONS):
-            add_product(F, EQUATION + first + k, DENSITY, WRENCH + DIMENSIONS * i + k, 1.0, S)
+            add_product(F, LOAD + k, DENSITY, WRENCH + DIMENSIONS * i + k, 1.0, S)
 
 
 @kernel()
@@ -135,7 +132,9 @@ def choose_weights(F: Forms, W: LaneArray, first: int, S: Symbols) -> None:
             store(W, SYSTEM + a, b, total)
             store(W, SYSTEM + b, a, total)
         rest = noise(F, row, S)
-        store(W, SYSTEM + a, a, load(W, SYSTEM + a, a) + rest * rest)
+        own = load(W, SYSTEM + a, a) + rest * rest
+        # A row of zeros stays out of the way.
+        store(W, SYSTEM + a, a, where_less(0.0, own, own, 1.0))
         store(W, SYSTEM + a, DIMENSIONS, load(F, row, 0))
     solve_definite(W, SYSTEM, DIMENSIONS, 1)
     for a in range(DIMENSIONS):

@@ -82,6 +82,9 @@ from solvers.six_dof.real.survey import invert
 FARTHEST_SLOPE = 8.0
 """Most that p~ may move over half a cell, in units of the reach of its cables' arms: else it is constant."""
 
+MONOMIALS = 10
+"""1, eps_a, eps_a^2, eps_a eps_b of three symbols."""
+
 
 @kernel()
 def spot(real: Any, lane: int, desk: Any) -> None:
@@ -187,12 +190,26 @@ def back_to_box(C: LaneArray, lane: int, desk: Any) -> None:
 
 
 @kernel()
-def arm_part(real: Any, F: Forms, lane: int, i: int, k: int, column: int) -> float:
-    """Return a coefficient of (s R b_i)_k."""
-    total = 0.0
-    for j in range(3):
-        total += F[ROTATION + 3 * k + j, column, lane] * real.arms[i, j]
-    return total
+def column_of(monomial: int) -> int:
+    """Return the column of a form with six symbols for 1, eps_a, eps_a^2 and eps_0 eps_1, .., in this order."""
+    if monomial < 4:
+        return monomial
+    return monomial + 3 if monomial < 7 else (18 if monomial == 9 else 6 + monomial)
+
+
+@kernel()
+def turned_arms(real: Any, F: Forms, lane: int, desk: Any) -> None:
+    """Write the coefficients of s R b of the triple's cables, and of s, to ``desk.monomials``."""
+    out = desk.monomials
+    for m in range(MONOMIALS):
+        column = column_of(m)
+        out[3, 0, m] = F[SCALE, column, lane]
+        for k in range(3):
+            r0, r1 = F[ROTATION + 3 * k, column, lane], F[ROTATION + 3 * k + 1, column, lane]
+            r2 = F[ROTATION + 3 * k + 2, column, lane]
+            for j in range(3):
+                i = real.triple[j]
+                out[j, k, m] = r0 * real.arms[i, 0] + r1 * real.arms[i, 1] + r2 * real.arms[i, 2]
 
 
 @kernel()
@@ -201,14 +218,14 @@ def taylor(real: Any, F: Forms, lane: int, desk: Any) -> bool:
     held = desk.held
     if not invert(desk.seen, real.triple, desk.inverse):
         return False
-    # Monomials: eps_a, eps_a^2, eps_a eps_b; columns of a form with six symbols.
+    turned_arms(real, F, lane, desk)
     for a in range(3):
-        coefficient(real, F, lane, desk, FIRST + 3 * a, 1 + a, a, -1)
+        coefficient(real, lane, desk, FIRST + 3 * a, 1 + a, a, -1)
     for a in range(3):
-        coefficient(real, F, lane, desk, SECOND + 3 * a, 7 + a, a, a)
+        coefficient(real, lane, desk, SECOND + 3 * a, 4 + a, a, a)
     for c in range(3):
         a, b = (0, 1) if c == 0 else ((0, 2) if c == 1 else (1, 2))
-        coefficient(real, F, lane, desk, SECOND + 9 + 3 * c, 18 if c == 2 else 13 + c, a, b)
+        coefficient(real, lane, desk, SECOND + 9 + 3 * c, 7 + c, a, b)
     finite = True
     for k in range(FIRST, RANGE):
         finite = finite and math.isfinite(held[lane, k])
@@ -216,44 +233,43 @@ def taylor(real: Any, F: Forms, lane: int, desk: Any) -> bool:
 
 
 @kernel()
-def coefficient(real: Any, F: Forms, lane: int, desk: Any, place: int, column: int, a: int, b: int) -> None:
-    """Write the coefficient of p~ in one monomial: eps_a where b < 0, else eps_a eps_b.
+def coefficient(real: Any, lane: int, desk: Any, place: int, m: int, a: int, b: int) -> None:
+    """Write the coefficient of p~ in monomial ``m``: eps_a where b < 0, else eps_a eps_b.
 
-    It solves s m + 2 v . s R b_i = 0 in that monomial, m = |v|^2 + |b|^2 - s_i^2 with v = p~ - T0_i, whose
+    It solves s d + 2 v . s R b_i = 0 in that monomial, d = |v|^2 + |b|^2 - s_i^2 with v = p~ - T0_i, whose
     value at the centre is about -2 v . R b_i.
     """
-    held, inverse = desk.held, desk.inverse
-    s0, s_a, s_ab = F[SCALE, 0, lane], F[SCALE, 1 + a, lane], F[SCALE, column, lane]
+    held, inverse, arms = desk.held, desk.inverse, desk.monomials
+    s0, s_a, s_m = arms[3, 0, 0], arms[3, 0, 1 + a], arms[3, 0, m]
     for k in range(3):
         held[lane, place + k] = 0.0
     for j in range(3):
         i = real.triple[j]
-        # Gradient of s m + 2 v . s R b by v: 2 (s v + s R b) = 2 s sigma a.
+        # Gradient of s d + 2 v . s R b by v: 2 (s v + s R b) = 2 s sigma a.
         size = 2.0 * s0 * desk.seen[i, FREE]
-        m0, m_a, m_b, right = 0.0, 0.0, 0.0, 0.0
+        d0, d_a, d_b, right = 0.0, 0.0, 0.0, 0.0
         for k in range(3):
             v = -desk.spots[i, TO_FOOT + k, lane]
-            m0 -= 2.0 * v * arm_part(real, F, lane, i, k, 0) / s0
-            right += 2.0 * v * arm_part(real, F, lane, i, k, column)
+            d0 -= 2.0 * v * arms[j, k, 0] / s0
+            right += 2.0 * v * arms[j, k, m]
             if b >= 0:
                 p_a, p_b = held[lane, FIRST + 3 * a + k], held[lane, FIRST + 3 * b + k]
-                m_a += 2.0 * v * p_a
-                m_b += 2.0 * v * p_b
+                d_a += 2.0 * v * p_a
+                d_b += 2.0 * v * p_b
                 if a == b:
-                    right += s0 * p_a * p_a + 2.0 * p_a * arm_part(real, F, lane, i, k, 1 + a)
+                    right += s0 * p_a * p_a + 2.0 * p_a * arms[j, k, 1 + a]
                 else:
                     right += 2.0 * s0 * p_a * p_b
-                    right += 2.0 * p_a * arm_part(real, F, lane, i, k, 1 + b)
-                    right += 2.0 * p_b * arm_part(real, F, lane, i, k, 1 + a)
+                    right += 2.0 * p_a * arms[j, k, 1 + b]
+                    right += 2.0 * p_b * arms[j, k, 1 + a]
         if b < 0:
-            right += s_a * m0
+            right += s_a * d0
         elif a == b:
-            right += s_a * m_a + s_ab * m0
+            right += s_a * d_a + s_m * d0
         else:
-            right += s_a * m_b + F[SCALE, 1 + b, lane] * m_a
+            right += s_a * d_b + arms[3, 0, 1 + b] * d_a + s_m * d0
         for k in range(3):
             held[lane, place + k] -= inverse[k, j] * right / size
-    return
 
 
 @kernel()

@@ -8,8 +8,7 @@ bends by at most H+ = 1 / sigma and at least -H- = min(0, 1 - (h + r) / x) / sig
 
 Each taut cable so bounds a0 . q from both sides, each slack one from above, and three together bound q.
 
-Arrays: ``real`` is a ``RealModel``; ``C`` (1, width, LANES) cells, columns ``REAL_COLUMNS``; ``F`` (rows, K,
-LANES) their forms with the rows of rotations; ``desk`` is a ``Desk``; ``seen`` (N, SEEN) cables; ``triple``
+Arrays: ``real`` is a ``RealModel``; ``C`` (1, width, LANES) cells, columns ``REAL_COLUMNS``; ``desk`` is a ``Desk``; ``seen`` (N, SEEN) cables; ``triple``
 (3,) indices.
 """
 
@@ -22,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cdpr_interval.kernels.kernel import kernel
-from cdpr_interval.mechanics.six_dof.rows import ROTATION, SCALE
+from cdpr_interval.mechanics.rotation import HALF_TURNS, rotation_at
 from solvers.six_dof.real.columns import (
     ALONG,
     AWAY,
@@ -43,6 +42,7 @@ from solvers.six_dof.real.columns import (
     OFF_POINT,
     PATH,
     REACH,
+    REAL_COLUMNS,
     SEEN,
     SIZE,
     SPOT,
@@ -58,9 +58,9 @@ SHAVINGS = 2
 """Times that all shells cut a box in one look."""
 GAIN = 0.75
 """Share of its width that a look must take a side to, for another look."""
-NARROW = 0.8
+NARROW = 4.0
 """Reach over the free length at which the forms of a cell are made."""
-POSITION_SHARE = 4.0
+POSITION_SHARE = 2.0
 """How wide positions may be over what the rotations move the platform by: wider ones are bisected first."""
 LEAST_VOLUME = 1e-2
 """Least volume that three directions span to be solved for positions."""
@@ -83,8 +83,12 @@ class Desk(NamedTuple):
     """(N, SPOT, LANES)."""
     turn: NDArray[np.float64]
     """(3, 3) R(u_c) D_c."""
+    middle: NDArray[np.float64]
+    """(3,) u_c."""
     inverse: NDArray[np.float64]
     """(3, 3) of the triple's directions."""
+    monomials: NDArray[np.float64]
+    """(4, 3, 10) coefficients of s R b of the triple's cables, and in [3, 0] of s."""
 
 
 def new_desk(count: int, lanes: int) -> Desk:
@@ -96,7 +100,9 @@ def new_desk(count: int, lanes: int) -> Desk:
         np.zeros((lanes, HELD)),
         np.zeros((count, SPOT, lanes)),
         np.zeros((3, 3)),
+        np.zeros(3),
         np.zeros((3, 3)),
+        np.zeros((4, 3, 10)),
     )
 
 
@@ -247,21 +253,6 @@ def held_up(real: Any, C: Any, lane: int, desk: Any) -> bool:
                 v1 += desk.seen[place, WAY + 1] / away
                 v2 += desk.seen[place, WAY + 2] / away
     return True
-
-
-@kernel()
-def below_cap(real: Any, C: Any, lane: int, desk: Any) -> bool:
-    """Return True when no tension of a taut cable that stretches is above the cap in a cell."""
-    found = True
-    for i in range(real.n_taut):
-        seen = desk.seen
-        far = seen[i, AWAY] + seen[i, REACH] + real.foot_reach[i]
-        if desk.smooth[i]:
-            off = (1.0 + real.radius[i] / seen[i, LEAST_FREE]) * seen[i, REACH] + 2.0 * seen[i, OFF_POINT]
-            far = seen[i, FREE] + off
-        most = C[0, DENSITIES + 2 * i + 1, lane] * far * (1.0 + 1e-12)
-        found = found and (real.compliance[i, 1] == 0.0 or most <= real.cap)
-    return found
 
 
 @kernel()
@@ -462,25 +453,38 @@ def cut_by_triple(real: Any, C: Any, lane: int, size: float, desk: Any) -> bool:
 
 
 @kernel()
-def survey(real: Any, F: Any, C: Any, lane: int, desk: Any) -> int:
+def turn(C: Any, lane: int, desk: Any) -> float:
+    """Write R(u_c) D_c to ``desk.turn``; return by what angle rotations of the cell differ from it."""
+    for k in range(3):
+        desk.middle[k] = 0.5 * (C[0, 2 * k, lane] + C[0, 2 * k + 1, lane])
+    rotation_at(desk.middle, desk.turn)
+    chart = int(C[0, REAL_COLUMNS.chart, lane])
+    for k in range(3):
+        for j in range(3):
+            desk.turn[k, j] *= HALF_TURNS[chart, j]
+    return float(min(2.0 * half_widths(C, lane, 0), 2.0))
+
+
+@kernel()
+def look_again(real: Any, C: Any, lane: int, desk: Any) -> bool:
+    """See all cables of a surveyed cell; False when one of them cannot have its length."""
+    return bool(look_at(real, C, lane, turn(C, lane, desk), desk))
+
+
+@kernel()
+def survey(real: Any, C: Any, lane: int, desk: Any) -> int:
     """Cut the positions of a lane's cell; return EMPTY, WIDE (bisect NEXT of ``held``) or READY.
 
     Guarantee: every pose of the cell whose taut cables have their lengths, the others at most theirs, stays
     in it.
     """
-    scale = F[SCALE, 0, lane]
-    for k in range(3):
-        for j in range(3):
-            desk.turn[k, j] = F[ROTATION + 3 * k + j, 0, lane] / scale
-    turned = min(2.0 * half_widths(C, lane, 0), 2.0)
+    turned = turn(C, lane, desk)
     count, taut = real.exits.shape[0], real.n_taut
     for _ in range(LOOKS):
         before = max(half_width(C, lane, 0), half_width(C, lane, 1), half_width(C, lane, 2))
         if not look_at(real, C, lane, turned, desk):
             return EMPTY
         if real.elastic and real.statics and not held_up(real, C, lane, desk):
-            return EMPTY
-        if real.above and below_cap(real, C, lane, desk):
             return EMPTY
         size = desk.seen[0, SIZE]
         for _ in range(SHAVINGS):
