@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from cdpr_interval.engine.budget import Budget, Stop
 from cdpr_interval.engine.search import Report
 from cdpr_interval.exact import balls
+from cdpr_interval.exact.enclosure import enclose
 from cdpr_interval.mechanics.cables.path import Balls, OffTheCable, Path
 from cdpr_interval.mechanics.energy import has_negative_direction, on_kernel, positive_definite, skew
 from cdpr_interval.mechanics.six_dof.frame import Frame, Pose
@@ -41,6 +42,7 @@ from solvers.six_dof.solution import height, length_ball, nominal, origin
 Floats = NDArray[np.float64]
 
 NO_POSE = "no static pose: every taut subset is excluded"
+NONE_WITHIN = "no static pose within the tension limits: every taut subset is excluded"
 ANY_ROTATION = np.tile(np.array([-1.0, 1.0]), (3, 3, 1))
 ANYWHERE = np.tile(np.array([-np.inf, np.inf]), (3, 1))
 CONTRADICTION = "the way of a taut cable in ball arithmetic is not as long as the cable"
@@ -101,6 +103,13 @@ class RealRun:
             self.search_all(taut, RealSearch(real, self.budget, self.options.threads), found)
             return
         cap = cap_of(real)
+        if self.problem.tension is not None:
+            # Poses with a higher tension of an elastic cable are not asked for.
+            most = enclose(self.problem.tension[1])[1]
+            real, _ = in_halves(real, most)
+            if most <= max(cap, MOST_LOADS * float(np.linalg.norm(real.load))):
+                self.search_all(taut, RealSearch(real, self.budget, self.options.threads), found)
+                return
         low, high = in_halves(real, cap)
         self.search_all(taut, RealSearch(low, self.budget, self.options.threads), found)
         if self.budget.stop() is None:
@@ -171,7 +180,7 @@ class RealRun:
             subsets=tuple(report_of(*entry) for entry in self.found),
             stop_reason=reason,
             cells=sum(f.cells for _, f, _ in self.found),
-            message=NO_POSE if nothing else "",
+            message="" if not nothing else NO_POSE if self.problem.tension is None else NONE_WITHIN,
         )
 
     def many(self) -> list[Undecided]:
