@@ -55,6 +55,8 @@ MOST_STRAIN = 0.02
 """Within these, tensions that stretch a cable by more than this share of its length count as high."""
 HIGH_CELLS = 20_000
 """Cells spent on high tensions in one subset."""
+LIMITED_CELLS = 500_000
+"""The same where they are limited to `MOST_LOADS`: some ten seconds."""
 MOST_CELLS = 5_000
 """More cells than this are one region."""
 
@@ -97,24 +99,29 @@ class RealRun:
         self.found.append((taut, found, time.perf_counter() - started))
 
     def search(self, taut: tuple[int, ...], found: Found) -> None:
-        """Search one subset; where cables stretch low tensions first, then, for some time, high ones."""
+        """Search one subset; where cables stretch low tensions first, then, for some time, high ones.
+
+        With tension limits poses with a higher tension of an elastic cable are no answer: the search ends
+        there.
+        """
         real = model_for(self.problem, taut, slack=not self.options.ignore_slack)
         if not real.elastic:
             self.search_all(taut, RealSearch(real, self.budget, self.options.threads), found)
             return
-        cap = cap_of(real)
+        cap, cells = cap_of(real), HIGH_CELLS
         if self.problem.tension is not None:
-            # Poses with a higher tension of an elastic cable are not asked for.
             most = enclose(self.problem.tension[1])[1]
             real, _ = in_halves(real, most)
-            if most <= max(cap, MOST_LOADS * float(np.linalg.norm(real.load))):
+            if most <= cap:
                 self.search_all(taut, RealSearch(real, self.budget, self.options.threads), found)
                 return
+            if most <= MOST_LOADS * float(np.linalg.norm(real.load)):
+                cells = LIMITED_CELLS
         low, high = in_halves(real, cap)
         self.search_all(taut, RealSearch(low, self.budget, self.options.threads), found)
         if self.budget.stop() is None:
             why = f"tensions above {cap:.3g} N are not excluded here"
-            last = RealSearch(high, self.budget, self.options.threads, most_cells=HIGH_CELLS, beyond=why)
+            last = RealSearch(high, self.budget, self.options.threads, most_cells=cells, beyond=why)
             self.search_all(taut, last, found)
         else:
             found.pending = max(found.pending, 1)

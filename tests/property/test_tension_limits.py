@@ -11,8 +11,12 @@ import pytest
 
 from cdpr_interval import load_robot
 from cdpr_interval.robots.cable_robot import Elasticity, Robot
+from cdpr_interval.robots.formats.reader import parse_robot
 from solvers import Result, forward_kinematics
 from solvers.answers.data import Outcome, Solution
+from tests.oracle.compare import compare
+from tests.oracle.problems import problem
+from tests.oracle.subsets import find_poses
 from tests.support.planted.platform import plant
 from tests.support.planted.verdict import Verdict, judge
 
@@ -192,3 +196,28 @@ def test_high_limits_of_an_elastic_platform_are_not_said_to_be_searched() -> Non
 def test_few_elastic_poses_within_the_limits_are_all() -> None:
     result = forward_kinematics(stretching("uc2", 100), "7.5,8", tension=(0, "0.7"), taut="c1,c2")
     assert result.outcome is Outcome.COMPLETE and len(result.solutions) == 2
+
+
+@pytest.mark.parametrize(
+    ("kind", "seed"), [("general", 2), ("one_point", 1), ("point_mass", 1), ("elastic", 2), ("asked", 1)]
+)
+def test_the_oracle_agrees_about_poses_within_limits(kind: str, seed: int) -> None:
+    """What the oracle finds and filters by its own tensions is what is listed, or said to be open."""
+    case = problem(kind, seed)
+    poses = find_poses(case, np.random.default_rng(0), 60)
+    tensions = sorted(t for pose in poses for i in pose.taut if (t := float(pose.tensions[i])) > 1e-9)
+    middle, above = tensions[len(tensions) // 2], 2.0 * tensions[-1]
+    for lo, hi in ((0.0, above), (0.0, 1.001 * middle), (0.999 * middle, above), (0.0, middle)):
+        result = forward_kinematics(
+            parse_robot(case.robot_yaml().encode()),
+            [(a, b) for a, b in case.lengths],
+            taut=case.taut,
+            ignore_slack=case.ignore_slack,
+            external_force=case.force,
+            tension=(lo, hi),
+            cell_limit=300_000,
+        )
+        within = [pose for pose in poses if all(lo <= pose.tensions[i] <= hi for i in pose.taut)]
+        found = compare(case, result.to_dict(), np.random.default_rng(seed), poses=within)
+        assert not found.contradictions
+        assert result.verify() == []
