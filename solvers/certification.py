@@ -48,13 +48,15 @@ def question_of(result: Result) -> tuple[Problem, Options]:
     InputError
         The result does not hold it: it was written before results did.
     NotSupportedError
-        Tensions were given instead of lengths, or data of the robot are ranges.
+        Tensions were given instead of lengths or limited, or data of the robot are ranges.
     """
     origin, asked = result.provenance, result.question
     if origin is None:
         raise InputError("result: the exact question is not in it")
     if asked.tensions_given is not None:
         raise NotSupportedError("certificates are for given lengths, this result is for given tensions")
+    if asked.tension is not None:
+        raise NotSupportedError("certificates are about poses with any tensions, this result is for limits")
     options = Options(
         ignore_slack=asked.ignore_slack,
         ignore_tension_sign=asked.ignore_tension_sign,

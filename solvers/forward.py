@@ -13,6 +13,7 @@ from cdpr_interval.robots.cable_robot import Robot
 from cdpr_interval.robots.formats.given import require_robot
 from solvers.answers.data import Answer, Question, RobotIdentity, Statistics, StopReason
 from solvers.answers.fields import floats_of
+from solvers.answers.limits import within_limits
 from solvers.answers.message import message_of
 from solvers.answers.order import sort_solutions, sort_subsets, sort_undecided
 from solvers.answers.provenance import provenance
@@ -26,6 +27,7 @@ from solvers.questions.force import ZERO, no_load, read_force_ranges
 from solvers.questions.lengths import read_lengths
 from solvers.questions.problem import Options, Problem, Progress
 from solvers.questions.subset import read_subset
+from solvers.questions.tension import read_tension_limits
 
 
 def forward_kinematics(
@@ -38,6 +40,7 @@ def forward_kinematics(
     method: str = "auto",
     precision: float = 1e-9,
     external_force: Sequence[Any] | None = None,
+    tension: str | Sequence[Any] | None = None,
     time_limit: float | None = None,
     cell_limit: int | None = None,
     threads: int = 1,
@@ -65,6 +68,10 @@ def forward_kinematics(
         always as narrow as a few Newton steps in doubles make them, so it changes nothing yet.
     external_force : sequence of 3 numbers, optional
         Constant force at the centre of mass in N, base axes, added to the weight; numbers or ranges.
+    tension : pair or str, optional
+        Limits (lo, hi) in N: only poses whose taut cables all have a tension within them. Slack cables are
+        not judged. A pose whose bounds hold a limit is listed, with ``tension_respected`` None, and the
+        outcome is INCOMPLETE.
     time_limit : float, optional
         Seconds of wall time.
     cell_limit : int, optional
@@ -114,7 +121,7 @@ def forward_kinematics(
         threads=threads,
         progress=progress,
     )
-    problem = pose_problem(require_robot(robot), lengths, taut, external_force, options)
+    problem = pose_problem(require_robot(robot), lengths, taut, external_force, options, tension=tension)
     return answer_question(problem, options)
 
 
@@ -125,12 +132,13 @@ def pose_problem(
     external_force: Any,
     options: Options,
     label: Callable[[str], str] = str,
+    tension: Any = None,
 ) -> Problem:
     """Return the checked problem.
 
     Parameters
     ----------
-    robot, lengths, taut, external_force, options
+    robot, lengths, taut, external_force, options, tension
         As `forward_kinematics`.
     label : callable
         From a parameter's name to what messages call it.
@@ -149,12 +157,17 @@ def pose_problem(
     subset = None if taut is None else errors.read(read_subset, taut, names, label("taut"))
     if taut is None and options.ignore_tension_sign and len(names) == 6:
         subset = tuple(range(6))
+    limits = None if tension is None else errors.read(read_tension_limits, tension, label("tension"))
+    if tension is not None and options.ignore_tension_sign:
+        errors.add(
+            f"{label('tension')}: not together with {label('ignore_tension_sign')}: such legs push, too"
+        )
     kind = class_of(robot)
     if taut is None or subset is not None:
         for text in kind.complaints(robot, subset, options, label):
             errors.add(text)
     check_budgets(options, errors, label)
-    problem = Problem(robot, ranges, force, subset)
+    problem = Problem(robot, ranges, force, subset, limits)
     if (complaint := no_load(problem.loaded)) is not None:
         errors.add(complaint)
     errors.require_none()
@@ -172,6 +185,8 @@ def answer_question(problem: Problem, options: Options) -> Result:
     except KeyboardInterrupt:
         # The solvers return what they have; this is an interrupt before or after their search.
         answer = Answer((), pending=1, stop_reason=StopReason.INTERRUPTED)
+    if problem.tension is not None:
+        answer = within_limits(answer, problem.tension)
     return build_result(problem, options, answer, time.perf_counter() - start)
 
 
@@ -192,6 +207,9 @@ def build_result(problem: Problem, options: Options, answer: Answer, seconds: fl
             method=options.method.value,
             precision=options.precision,
             external_force=floats_of(problem.external_force),
+            tension=None
+            if problem.tension is None
+            else (float(problem.tension[0]), float(problem.tension[1])),
         ),
         outcome=answer.outcome,
         stop_reason=answer.stop_reason,

@@ -10,6 +10,7 @@ import numpy as np
 from cdpr_interval.exact.enclosure import Bounds
 from cdpr_interval.text.count import counted
 from solvers.answers.data import CableState, Proof, ResultData, Solution, SubsetReport
+from solvers.answers.limits import breaking, doubtful
 from solvers.answers.message import miscounted
 
 ROUNDED = 4
@@ -34,12 +35,14 @@ def _miscounted_subset(result: ResultData, subset: SubsetReport) -> Iterator[str
     chosen = set(subset.taut)
     own = [s for s in result.solutions if set(s.taut) <= chosen <= set(not_slack(s))]
     surely = sum(s.is_strict for s in own)
-    if subset.solutions < 0 or (subset.solutions > 0 and not own):
+    # Entries outside the limits are counted, but not listed.
+    all_listed = result.question.tension is None
+    if subset.solutions < 0 or (all_listed and subset.solutions > 0 and not own):
         yield f"solutions: {subset.solutions}, but no entry with these cables taut"
     elif subset.solutions < surely:
         exactly = counted(surely, "entry", "entries")
         yield f"solutions: {subset.solutions}, but {exactly} with exactly these taut"
-    elif surely == len(own) < subset.solutions and not any(s.family for s in own):
+    elif all_listed and surely == len(own) < subset.solutions and not any(s.family for s in own):
         # Open entries may stand for several poses, and one family may be seen from several starts.
         yield f"solutions: {subset.solutions}, but only {counted(surely, 'entry', 'entries')} with these taut"
 
@@ -73,6 +76,13 @@ def claims(result: ResultData, solution: Solution) -> Iterator[str]:
     """Yield what contradicts the claims of one entry: existence, uniqueness, switching."""
     if not solution.is_proved and not solution.note:
         yield "existence, uniqueness: undecided without a reason in the note"
+    if solution.tension_respected is False:
+        yield "tension_respected: false, though the entry is listed"
+    if (limits := result.question.tension) is not None:
+        if solution.is_proved and (outside := breaking(solution, limits)):
+            yield f"tensions_N[{outside[0]}]: outside the limits that were asked for"
+        elif solution.tension_respected and (unclear := doubtful(solution, limits)):
+            yield f"tensions_N[{unclear[0]}]: not proved to be within the limits that were asked for"
     for i, state in enumerate(solution.cable_states):
         if state is CableState.SWITCHING:
             if not solution.is_proved:

@@ -152,10 +152,14 @@ class Solution(Described):
     """The set of poses that the entry stands for; null for a single pose."""
     note: str = ""
     """One sentence where the entry needs one (tensions not unique, end of a family, ...)."""
+    tension_respected: Annotated[bool | None, OrUndecided()] = True
+    """Undecided: a cable that may be taut may have a tension outside the limits that were asked for; left out
+    where there are none, or all are kept. In Python None is undecided."""
 
     def __repr__(self) -> str:
         place = ", ".join(f"{x:.6g}" for x in self.nominal.position)
-        proved = "proved" if self.is_decided else "proved, a cable undecided" if self.is_proved else "open"
+        doubt = "a cable undecided" if self.has_open_cable else "a tension undecided"
+        proved = "proved" if self.is_decided else f"proved, {doubt}" if self.is_proved else "open"
         return f"<Solution {self.stability}, taut {self.taut}, near ({place}) m, {proved}>"
 
     @property
@@ -171,7 +175,7 @@ class Solution(Described):
     @property
     def is_decided(self) -> bool:
         """True when nothing about the entry is open; a switching cable is not."""
-        return self.is_proved and not self.has_open_cable
+        return self.is_proved and not self.has_open_cable and self.tension_respected is not None
 
     @property
     def is_strict(self) -> bool:
@@ -210,7 +214,7 @@ class SubsetReport(Described):
     outcome: Outcome
     """Complete: its poses are all listed."""
     solutions: Count
-    """Entries found."""
+    """Entries found, also those outside the tension limits of the question."""
     cells: Count
     """Cells looked at."""
     time: float
@@ -278,6 +282,9 @@ class Question(Described):
     external_force: tuple[FloatOrRange, FloatOrRange, FloatOrRange]
     """Constant force at the centre of mass, base axes, added to the weight: the nearest doubles; [lo, hi]
     where a range was given."""
+    tension: tuple[float, float] | None = None
+    """Only poses were asked for whose taut cables all have a tension within [lo, hi] (the nearest doubles);
+    slack cables are not judged. Null: poses with any tensions."""
     tensions_given: Annotated[tuple[tuple[float, float], ...], PerCable()] | None = None
     """What was known instead of lengths: [lo, hi] of each cable, file order; left out otherwise."""
 

@@ -26,7 +26,7 @@ R = TypeVar("R", bound=ResultData)
 
 MOST_COMPLAINTS = 20
 """About one document; the rest is counted."""
-ABSENT = {"note": "", "tensions_given_N": None, "provenance": None}
+ABSENT = {"note": "", "tension_respected": True, "tensions_given_N": None, "provenance": None}
 """Keys that are left out where they say nothing."""
 _RULES = {
     "missing": "missing",

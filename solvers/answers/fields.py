@@ -38,6 +38,7 @@ UNITS = {
     "settle_within": "m",
     "step": "s",
     "t": "s",
+    "tension": "N",
     "tensions": "N",
     "tensions_given": "N",
     "time": "s",

@@ -9,6 +9,7 @@ from cdpr_interval.mechanics.stability import Stability
 from solvers.answers.angles import rpy_enclosures
 from solvers.answers.data import CableState, Certainty, ResultData, Solution
 from solvers.answers.digits import proved_decimal, proved_significant
+from solvers.answers.limits import doubtful
 
 DECIMALS = 6
 """Of positions: a micrometre; the JSON holds every digit."""
@@ -100,6 +101,10 @@ def _remarks(solution: Solution, result: ResultData) -> str:
         remarks.append(f"switching, one pose either way: {names}")
     if solution.slack_respected is False:
         remarks.append("other cables are not slack")
+    if solution.tension_respected is None:
+        limits = result.question.tension
+        names = "" if limits is None else names_of(result, doubtful(solution, limits))
+        remarks.append(f"within the tension limits undecided: {names or '-'}")
     if solution.family is not None:
         remarks.append(f"family: {solution.family.kind}")
     if solution.note:

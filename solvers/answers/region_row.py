@@ -107,6 +107,8 @@ def advice(result: ResultData) -> list[str]:
             "slack for the cables that are not to carry load (`ik --taut LIST --slack-margin 0.05`), "
             "or --taut LIST here"
         )
+    if any(solution.tension_respected is None for solution in result.solutions):
+        found.append("other --tension limits: those are within the bounds of a pose's tension")
     return found
 
 

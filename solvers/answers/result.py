@@ -157,7 +157,7 @@ class Result(ResultData):
         InputError
             The result does not hold its question, or the file cannot be written.
         NotSupportedError
-            Tensions were given instead of lengths.
+            Tensions were given instead of lengths, or limited.
         """
         found: Path = _of_the_package("write_certificate")(self, path, time_limit)
         return found

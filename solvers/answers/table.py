@@ -14,6 +14,7 @@ from typing import TextIO
 from cdpr_interval.mechanics.stability import Stability
 from cdpr_interval.text.count import counted
 from solvers.answers.data import Question, ResultData
+from solvers.answers.limits import limits_text
 from solvers.answers.pose_row import POINT_MASS, PoseRow, pose_rows
 from solvers.answers.region_row import PAGE, RegionRow, advice, reasons, region_rows
 
@@ -76,6 +77,8 @@ def asked_only(question: Question, cables: Sequence[str]) -> str:
         parts.append("other cables slack or not")
     if question.ignore_tension_sign:
         parts.append("tensions of any sign")
+    if question.tension is not None:
+        parts.append(f"tensions within {limits_text(question.tension)} only")
     return "".join(f", {part}" for part in parts)
 
 

@@ -165,6 +165,7 @@ def result_of(ledger: Ledger, number: int) -> dict[str, Any]:
         "method": settings.method,
         "precision": settings.precision,
         "external_force_N": [float(x) for x in asked.get("external_force_N", (0, 0, 0))],
+        "tension_N": [float(x) for x in asked["tension_N"]] if "tension_N" in asked else None,
     }
     tool = {"name": this_tool().name, "version": ledger.fact("version")}
     robot = robot_of(ledger, number)

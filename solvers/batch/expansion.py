@@ -227,6 +227,8 @@ def expansion_of(
         asked["taut"] = block.taut
     if block.external_force_N is not None:
         asked["external_force_N"] = [decimal_text(x) for x in block.external_force_N]
+    if block.tension_N is not None:
+        asked["tension_N"] = [decimal_text(x) for x in block.tension_N]
     found = _expansion(index, block, robot, asked, base)
     # Subset, force and options are wrong for all jobs or for none: any lengths will do.
     problem_of(robot, asked, [1.0] * len(robot.cables), settings)

@@ -109,7 +109,7 @@ def problem_of(
 
     options = settings.options()
     own, force = perturbed(robot, asked), asked.get("external_force_N")
-    problem = pose_problem(own, lengths, asked.get("taut"), force, options)
+    problem = pose_problem(own, lengths, asked.get("taut"), force, options, tension=asked.get("tension_N"))
     if settings.certificates:
         require_certifiable(problem)
     return problem, options

@@ -16,6 +16,7 @@ from cdpr_interval.files.fields import (
     Flag,
     Name,
     Number,
+    Pair,
     PositiveNumber,
     Text,
     constant,
@@ -186,6 +187,8 @@ class ProblemBlock(Block):
     """One subset of taut cables instead of all."""
     external_force_N: Annotated[tuple[Number, Number, Number], list_of(3, "3 numbers")] | None = None
     """At the centre of mass, base axes, added to the weight."""
+    tension_N: Pair | None = None
+    """Only poses whose taut cables all have a tension within these limits."""
 
 
 class LengthsBlock(ProblemBlock):

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from solvers.proofs.claimed import Claimed
     from solvers.questions.problem import Options, Problem
 
-WITHOUT_TENSIONS = ("lengths", "problem", "certificate", "ignore_slack", "ignore_tension_sign")
+WITHOUT_TENSIONS = ("lengths", "problem", "certificate", "ignore_slack", "ignore_tension_sign", "tension")
 """Options that make no sense where tensions are given."""
 MOST_CABLES = 64
 """Of a robot in a certificate."""
@@ -54,6 +54,9 @@ MOST_CABLES = 64
 @click.option("--taut", metavar="C1,C2,...", help="One subset of taut cables instead of all subsets.")
 @click.option("--ignore-slack", is_flag=True, help="Keep poses whose other cables are not slack.")
 @click.option("--ignore-tension-sign", is_flag=True, help="Six taut cables as rigid legs.")
+@click.option(
+    "--tension", metavar="LO..HI", help="Only poses whose taut cables have tensions in these limits, N."
+)
 @click.option(
     "--method", default="auto", show_default=True, metavar="auto|search|convex", help="For a point mass."
 )
@@ -186,6 +189,8 @@ def _read(
         errors.read(certificate.require_writable)
         if target is not None and target.is_same(certificate):
             errors.add("--certificate: not the file of --json")
+        if given["tension"] is not None:
+            errors.add("--tension: not together with --certificate, which is about poses with any tensions")
         if robot is not None and len(robot.cables) > MOST_CABLES:
             errors.add(f"--certificate: for at most {MOST_CABLES} cables")
     errors.require_none()
@@ -231,7 +236,9 @@ def _problem(robot: Robot, given: dict[str, Any], options: Options | None) -> Pr
             errors.add(f"{LABEL}: not together with external_force_N of --problem")
         force = of_file if force is None else force
     errors.require_none()
-    return pose_problem(robot, lengths, given["taut"], force, options or Options(), _option_name)
+    return pose_problem(
+        robot, lengths, given["taut"], force, options or Options(), _option_name, given["tension"]
+    )
 
 
 def _option_name(parameter: str) -> str:

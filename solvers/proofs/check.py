@@ -31,6 +31,7 @@ Bounds = Sequence[tuple[float, float]]
 
 REFUSED = (Conclusion.NOT_PROVED, Conclusion.MALFORMED)
 """The checker says no."""
+PLURAL = ("lengths", "tension limits")
 
 
 @dataclass(frozen=True)
@@ -136,6 +137,7 @@ def difference(robot: Robot, result: Result, content: bytes) -> str:
             "lengths": ([_around(*pair) for pair in problem.lengths], result.lengths.tolist()),
             "external force": ([float(x) for x in _forces(document)], list(asked.external_force)),
             "subset": (problem.taut, asked.taut),
+            "tension limits": (None, asked.tension),
             "--ignore-slack": (problem.ignore_slack, asked.ignore_slack),
             "--ignore-tension-sign": (problem.ignore_tension_sign, asked.ignore_tension_sign),
         }
@@ -172,7 +174,7 @@ def _differing(pairs: dict[str, tuple[Any, Any]]) -> str:
     """Return the first pair of two that are not equal."""
     for what, (one, other) in pairs.items():
         if one != other:
-            return f"its {what} differ{'' if what == 'lengths' else 's'}"
+            return f"its {what} differ{'' if what in PLURAL else 's'}"
     return ""
 
 

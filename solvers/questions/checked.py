@@ -61,6 +61,9 @@ def require_certifiable(problem: Problem) -> None:
     It takes ranges of lengths, and of nothing else, and straight cables that all stretch or all do not.
     """
     robot = problem.robot
+    require_treated(
+        robot, _by("tension limits are not supported", "certificates", problem.tension is not None)
+    )
     require_treated(robot, over_pulleys(robot, "certificates") or mixed_cables(robot, "certificates"))
     stretching = robot.is_elastic and robot.model == SIX_DOF
     require_treated(robot, _by("elastic cables of a platform are not supported", "certificates", stretching))

@@ -98,6 +98,8 @@ class Problem:
     """Constant force at the centre of mass, base axes, N; added to the weight. Entries may be ranges."""
     taut: tuple[int, ...] | None = None
     """One subset of cable indices (ascending) instead of all subsets."""
+    tension: LengthRange | None = None
+    """Limits in N: only poses whose taut cables all have a tension within them."""
 
     @cached_property
     def loaded(self) -> LoadedRobot:

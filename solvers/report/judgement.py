@@ -82,6 +82,8 @@ def left_open(result: ResultData) -> str:
         said.append(f"{counted(unproved, 'entry', 'entries')} not proved to hold exactly one pose")
     if unclear:
         said.append(f"{counted(unclear, 'pose')} with an undecided cable")
+    if doubt := sum(solution.tension_respected is None for solution in proved):
+        said.append(f"{counted(doubt, 'pose')} with a tension that may be outside the limits")
     return ", ".join(said)
 
 

@@ -27,6 +27,8 @@ def asked_of(result: Result) -> list[Row]:
     if any(question.external_force):
         force = (x if isinstance(x, tuple) else (x, x) for x in question.external_force)
         rows.append(("external force, N", ", ".join(_pair(lo, hi) for lo, hi in force)))
+    if question.tension is not None:
+        rows.append(("tensions asked for, N", _pair(*question.tension)))
     for name, is_set in (
         ("--ignore-slack", question.ignore_slack), ("--ignore-tension-sign", question.ignore_tension_sign)
     ):  # fmt: skip

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from cdpr_interval.engine.budget import Budget, Stop
 from cdpr_interval.engine.search import Report
 from cdpr_interval.exact import balls
+from cdpr_interval.exact.enclosure import enclose
 from cdpr_interval.mechanics.cables.path import Balls, OffTheCable, Path
 from cdpr_interval.mechanics.energy import has_negative_direction, on_kernel, positive_definite, skew
 from cdpr_interval.mechanics.six_dof.frame import Frame, Pose
@@ -41,6 +42,7 @@ from solvers.six_dof.solution import height, length_ball, nominal, origin
 Floats = NDArray[np.float64]
 
 NO_POSE = "no static pose: every taut subset is excluded"
+NONE_WITHIN = "no static pose within the tension limits: every taut subset is excluded"
 ANY_ROTATION = np.tile(np.array([-1.0, 1.0]), (3, 3, 1))
 ANYWHERE = np.tile(np.array([-np.inf, np.inf]), (3, 1))
 CONTRADICTION = "the way of a taut cable in ball arithmetic is not as long as the cable"
@@ -53,6 +55,8 @@ MOST_STRAIN = 0.02
 """Within these, tensions that stretch a cable by more than this share of its length count as high."""
 HIGH_CELLS = 20_000
 """Cells spent on high tensions in one subset."""
+LIMITED_CELLS = 500_000
+"""The same where they are limited to `MOST_LOADS`: some ten seconds."""
 MOST_CELLS = 5_000
 """More cells than this are one region."""
 
@@ -95,17 +99,29 @@ class RealRun:
         self.found.append((taut, found, time.perf_counter() - started))
 
     def search(self, taut: tuple[int, ...], found: Found) -> None:
-        """Search one subset; where cables stretch low tensions first, then, for some time, high ones."""
+        """Search one subset; where cables stretch low tensions first, then, for some time, high ones.
+
+        With tension limits poses with a higher tension of an elastic cable are no answer: the search ends
+        there.
+        """
         real = model_for(self.problem, taut, slack=not self.options.ignore_slack)
         if not real.elastic:
             self.search_all(taut, RealSearch(real, self.budget, self.options.threads), found)
             return
-        cap = cap_of(real)
+        cap, cells = cap_of(real), HIGH_CELLS
+        if self.problem.tension is not None:
+            most = enclose(self.problem.tension[1])[1]
+            real, _ = in_halves(real, most)
+            if most <= cap:
+                self.search_all(taut, RealSearch(real, self.budget, self.options.threads), found)
+                return
+            if most <= MOST_LOADS * float(np.linalg.norm(real.load)):
+                cells = LIMITED_CELLS
         low, high = in_halves(real, cap)
         self.search_all(taut, RealSearch(low, self.budget, self.options.threads), found)
         if self.budget.stop() is None:
             why = f"tensions above {cap:.3g} N are not excluded here"
-            last = RealSearch(high, self.budget, self.options.threads, most_cells=HIGH_CELLS, beyond=why)
+            last = RealSearch(high, self.budget, self.options.threads, most_cells=cells, beyond=why)
             self.search_all(taut, last, found)
         else:
             found.pending = max(found.pending, 1)
@@ -171,7 +187,7 @@ class RealRun:
             subsets=tuple(report_of(*entry) for entry in self.found),
             stop_reason=reason,
             cells=sum(f.cells for _, f, _ in self.found),
-            message=NO_POSE if nothing else "",
+            message="" if not nothing else NO_POSE if self.problem.tension is None else NONE_WITHIN,
         )
 
     def many(self) -> list[Undecided]:

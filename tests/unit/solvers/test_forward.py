@@ -73,6 +73,7 @@ def test_the_result_has_the_keys_of_the_format_in_order(asked):
     assert document["question"] == {
         "command": "fk", "taut": None, "ignore_slack": False, "ignore_tension_sign": False,
         "method": "auto", "precision": 1e-9, "external_force_N": [0.0, 0.0, 0.0],
+        "tension_N": None,
     }  # fmt: skip
     assert document["cables"] == ["c1", "c2"] and document["solutions"][0]["taut"] == ["c1"]
     assert [subset["taut"] for subset in document["subsets"]] == [["c1"], ["c2"], ["c1", "c2"]]

@@ -62,6 +62,15 @@ def test_budgets_that_are_no_numbers(name, value):
         forward_kinematics("merlet_4_1", LENGTHS, **{name: value})
 
 
+NO_LIMITS = [*NO_NUMBERS, 5, [1, 2, 3], [2, 1], [1, 1], [-1, 1], [1, math.nan], ["a", 1], {1: 2}]
+
+
+@pytest.mark.parametrize("value", NO_LIMITS, ids=named)
+def test_limits_that_are_no_range(value):
+    with pytest.raises(InputError, match=r"^tension: "):
+        forward_kinematics("merlet_4_1", LENGTHS, tension=value)
+
+
 @pytest.mark.parametrize("value", NO_NUMBERS, ids=named)
 @pytest.mark.parametrize("name", ["slack_margin", "wrench_tolerance"])
 def test_tolerances_that_are_no_numbers(name, value):
