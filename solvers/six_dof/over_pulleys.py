@@ -33,10 +33,9 @@ from solvers.six_dof.cells.merge import distinct
 from solvers.six_dof.cells.roots import Root, pose_of
 from solvers.six_dof.clusters import connected
 from solvers.six_dof.forward import MOST_TAUT, Found, subsets
-from solvers.six_dof.real.build import in_halves, model_for
+from solvers.six_dof.real.build import model_for, within
 from solvers.six_dof.real.columns import REAL_COLUMNS
-from solvers.six_dof.real.model import RealModel
-from solvers.six_dof.real.subset import RealSearch, start_cells
+from solvers.six_dof.real.subset import FAMILY_REASON, RealSearch, start_cells
 from solvers.six_dof.solution import height, length_ball, nominal, origin
 
 Floats = NDArray[np.float64]
@@ -48,15 +47,6 @@ ANYWHERE = np.tile(np.array([-np.inf, np.inf]), (3, 1))
 CONTRADICTION = "the way of a taut cable in ball arithmetic is not as long as the cable"
 OFF_REASON = "the pose is proved, but one of its other cables has no path there"
 MANY_REASON = "more than six taut cables, which share the load by their stretch, are not looked at yet"
-MOST_LOADS, LEAST_LOADS = 20.0, 3.0
-"""Tensions of elastic cables that count as high, over the load, at most and at least: poses with higher ones
-exist where ropes are stretched into one plane, which no platform is built for."""
-MOST_STRAIN = 0.02
-"""Within these, tensions that stretch a cable by more than this share of its length count as high."""
-HIGH_CELLS = 20_000
-"""Cells spent on high tensions in one subset."""
-LIMITED_CELLS = 500_000
-"""The same where they are limited to `MOST_LOADS`: some ten seconds."""
 MOST_CELLS = 5_000
 """More cells than this are one region."""
 
@@ -71,7 +61,7 @@ def solve(problem: Problem, options: Options) -> Answer:
     run = RealRun(problem, options)
     with run.budget.listening(), balls.precision():
         for taut in subsets(problem):
-            run.solve_subset(taut)
+            run.solve_subset(rigid_first(problem, taut))
         return run.answer()
 
 
@@ -99,36 +89,14 @@ class RealRun:
         self.found.append((taut, found, time.perf_counter() - started))
 
     def search(self, taut: tuple[int, ...], found: Found) -> None:
-        """Search one subset; where cables stretch low tensions first, then, for some time, high ones.
+        """Search one subset and turn its roots into solutions.
 
-        With tension limits poses with a higher tension of an elastic cable are no answer: the search ends
-        there.
+        With tension limits poses with a higher tension of an elastic cable are no answer.
         """
         real = model_for(self.problem, taut, slack=not self.options.ignore_slack)
-        if not real.elastic:
-            self.search_all(taut, RealSearch(real, self.budget, self.options.threads), found)
-            return
-        cap, cells = cap_of(real), HIGH_CELLS
         if self.problem.tension is not None:
-            most = enclose(self.problem.tension[1])[1]
-            real, _ = in_halves(real, most)
-            if most <= cap:
-                self.search_all(taut, RealSearch(real, self.budget, self.options.threads), found)
-                return
-            if most <= MOST_LOADS * float(np.linalg.norm(real.load)):
-                cells = LIMITED_CELLS
-        low, high = in_halves(real, cap)
-        self.search_all(taut, RealSearch(low, self.budget, self.options.threads), found)
-        if self.budget.stop() is None:
-            why = f"tensions above {cap:.3g} N are not excluded here"
-            last = RealSearch(high, self.budget, self.options.threads, most_cells=cells, beyond=why)
-            self.search_all(taut, last, found)
-        else:
-            found.pending = max(found.pending, 1)
-
-    def search_all(self, taut: tuple[int, ...], search: RealSearch, found: Found) -> None:
-        """Run a search and turn its roots into solutions."""
-        search.report = self.reporter(found)
+            real = within(real, enclose(self.problem.tension[1])[1])
+        search = RealSearch(real, self.budget, self.options.threads, report=self.reporter(found))
         search.solve()
         found.cells += search.cells
         found.pending += search.pending
@@ -138,10 +106,10 @@ class RealRun:
         known = [*self.roots.get(taut, []), *(Root(r.chart, r.box, r.unique, r.core) for r in search.roots)]
         self.roots[taut] = distinct(known)
         if len(search.undecided):
-            cells, reason = search.undecided, search.reason
             # What was not ended is no neighbourhood of anything.
-            ended = reason != search.beyond
-            found.undecided += (regions if ended else everywhere)(self.problem, taut, cells, reason)
+            ended = search.reason != FAMILY_REASON
+            entries = regions if ended else everywhere
+            found.undecided += entries(self.problem, taut, search.undecided, search.reason)
 
     def report_roots(self, taut: tuple[int, ...], found: Found) -> None:
         """Add the solutions of the roots of one subset, each once."""
@@ -200,20 +168,16 @@ class RealRun:
         return everywhere(self.problem, everything, cells, MANY_REASON) if len(cells) else []
 
 
-def cap_of(real: RealModel) -> float:
-    """Return the tension from which on those of elastic cables count as high, N."""
-    load = float(np.linalg.norm(real.load))
-    elastic = real.compliance[: real.n_taut, 1] > 0.0
-    lengths, compliance = real.lengths[: real.n_taut][elastic], real.compliance[: real.n_taut][elastic]
-    strained = MOST_STRAIN * float((lengths[:, 0] / compliance[:, 1]).min())
-    return min(MOST_LOADS * load, max(LEAST_LOADS * load, strained))
+def rigid_first(problem: Problem, taut: tuple[int, ...]) -> tuple[int, ...]:
+    """Return a subset with the cables that do not stretch in front, each kind in file order."""
+    return tuple(sorted(taut, key=lambda i: (problem.loaded.models[i].law.stretches, i)))
 
 
 def report_of(taut: tuple[int, ...], found: Found, seconds: float) -> SubsetReport:
     """Return a subset's line in the result."""
     complete = not (found.pending or found.undecided) and all(s.is_decided for s in found.solutions)
     outcome = Outcome.COMPLETE if complete else Outcome.INCOMPLETE
-    return SubsetReport(taut, outcome, len(found.solutions), found.cells, seconds)
+    return SubsetReport(tuple(sorted(taut)), outcome, len(found.solutions), found.cells, seconds)
 
 
 @dataclass(frozen=True)
@@ -392,7 +356,9 @@ def regions(problem: Problem, taut: tuple[int, ...], cells: Floats, reason: str)
 def _region(problem: Problem, taut: tuple[int, ...], pose: Pose, cells: int, reason: str) -> Undecided:
     """Return the entry of all rotations and positions that a pose encloses."""
     rotation = np.clip(balls.bounds_array(pose.rotation), -1.0, 1.0).reshape(3, 3, 2)
-    return Undecided(taut, cells, reason, balls.bounds_array(origin(problem.robot, pose)), rotation)
+    return Undecided(
+        tuple(sorted(taut)), cells, reason, balls.bounds_array(origin(problem.robot, pose)), rotation
+    )
 
 
 def everywhere(problem: Problem, taut: tuple[int, ...], cells: Floats, reason: str) -> list[Undecided]:
@@ -401,4 +367,4 @@ def everywhere(problem: Problem, taut: tuple[int, ...], cells: Floats, reason: s
     lo, hi = cells[:, 6:12:2].min(axis=0), cells[:, 7:12:2].max(axis=0)
     far = balls.to_bounds(centre)[1]
     position = np.stack([np.nextafter(lo - far, -np.inf), np.nextafter(hi + far, np.inf)], axis=1)
-    return [Undecided(taut, len(cells), reason, position, ANY_ROTATION)]
+    return [Undecided(tuple(sorted(taut)), len(cells), reason, position, ANY_ROTATION)]

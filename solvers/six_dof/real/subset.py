@@ -79,8 +79,6 @@ class RealSearch:
     report: Report | None = None
     most_cells: int | None = None
     """Cells that may be spent on it; more of them leave it undecided."""
-    beyond: str = FAMILY_REASON
-    """Why it is undecided then."""
     roots: list[RealRoot] = field(default_factory=list)
     undecided: Floats = field(default_factory=lambda: np.empty((0, REAL_COLUMNS.width)))
     reason: str = ""
@@ -117,7 +115,7 @@ class RealSearch:
     def end_early(self, stop: Stop, cells: Floats) -> None:
         """Keep what is left when a budget is spent: as pending, or of a possible family as undecided."""
         if self.most_cells is not None and self.budget.stop() is None:
-            self.undecided, self.reason = cells, self.beyond
+            self.undecided, self.reason = cells, FAMILY_REASON
         else:
             self.stop, self.pending = stop, self.pending + len(cells)
 

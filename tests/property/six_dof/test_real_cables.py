@@ -15,7 +15,7 @@ from cdpr_interval.mechanics.orientation import quaternion_from_rotation
 from cdpr_interval.mechanics.rotation import chart_of, u_in
 from solvers.six_dof.cells.merge import distinct
 from solvers.six_dof.cells.roots import Root
-from solvers.six_dof.real.build import RealCable, Vector, build, in_halves
+from solvers.six_dof.real.build import RealCable, Vector, build, within
 from solvers.six_dof.real.columns import DENSITIES, REAL_COLUMNS
 from solvers.six_dof.real.model import RealModel
 from solvers.six_dof.real.roots import RealRoot, root_near, rotation_of
@@ -71,7 +71,7 @@ def test_no_cell_loses_a_planted_pose(seed: int, count: int, compliance: float) 
 @pytest.mark.parametrize(("seed", "count"), [(0, 3), (1, 4), (2, 5), (3, 6)])
 def test_a_planted_pose_is_found_or_the_search_not_finished(seed: int, count: int, compliance: float) -> None:
     planted = plant(seed, count)
-    low, _ = in_halves(planted.real(compliance), 20.0 * float(np.linalg.norm(planted.load)))
+    low = within(planted.real(compliance), 20.0 * float(np.linalg.norm(planted.load)))
     run = RealSearch(low, Budget(None, 200_000))
     run.solve()
     assert any(is_planted(planted, root) for root in run.roots) or run.pending or len(run.undecided)
