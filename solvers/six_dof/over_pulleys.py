@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from dataclasses import dataclass
+from itertools import combinations
 
 import numpy as np
 from flint import arb, arb_mat
@@ -32,10 +33,11 @@ from solvers.questions.problem import Options, Problem, Progress
 from solvers.six_dof.cells.merge import distinct
 from solvers.six_dof.cells.roots import Root, pose_of
 from solvers.six_dof.clusters import connected
-from solvers.six_dof.forward import MOST_TAUT, Found, subsets
+from solvers.six_dof.forward import Found
 from solvers.six_dof.real.build import model_for, within
-from solvers.six_dof.real.columns import REAL_COLUMNS
+from solvers.six_dof.real.columns import MOST_CARRYING, REAL_COLUMNS
 from solvers.six_dof.real.subset import FAMILY_REASON, RealSearch, start_cells
+from solvers.six_dof.scope import MOST_TAUT, most_taut
 from solvers.six_dof.solution import height, length_ball, nominal, origin
 
 Floats = NDArray[np.float64]
@@ -46,7 +48,7 @@ ANY_ROTATION = np.tile(np.array([-1.0, 1.0]), (3, 3, 1))
 ANYWHERE = np.tile(np.array([-np.inf, np.inf]), (3, 1))
 CONTRADICTION = "the way of a taut cable in ball arithmetic is not as long as the cable"
 OFF_REASON = "the pose is proved, but one of its other cables has no path there"
-MANY_REASON = "more than six taut cables, which share the load by their stretch, are not looked at yet"
+MANY_REASON = "more than eight taut cables, which share the load by their stretch, are not looked at"
 MOST_CELLS = 5_000
 """More cells than this are one region."""
 
@@ -60,8 +62,8 @@ def solve(problem: Problem, options: Options) -> Answer:
     """
     run = RealRun(problem, options)
     with run.budget.listening(), balls.precision():
-        for taut in subsets(problem):
-            run.solve_subset(rigid_first(problem, taut))
+        for taut in run.subsets:
+            run.solve_subset(taut)
         return run.answer()
 
 
@@ -72,7 +74,7 @@ class RealRun:
         self.problem = problem
         self.options = options
         self.budget = Budget(options.time_limit, options.cell_limit)
-        self.total = len(subsets(problem))
+        self.subsets = subsets(problem)
         self.found: list[tuple[tuple[int, ...], Found, float]] = []
         self.stopped: Stop | None = None
         self.roots: dict[tuple[int, ...], list[Root]] = {}
@@ -131,7 +133,9 @@ class RealRun:
         def report(cells: int, pending: int, volume: float) -> None:
             solutions = proved + len(found.solutions)
             tell(
-                Progress(done + found.cells + cells, pending, volume, solutions, len(self.found), self.total)
+                Progress(
+                    done + found.cells + cells, pending, volume, solutions, len(self.found), len(self.subsets)
+                )
             )
 
         return report
@@ -143,7 +147,7 @@ class RealRun:
         solutions = [s for _, f, _ in self.found for s in f.solutions]
         undecided = [u for _, f, _ in self.found for u in f.undecided]
         count = len(self.problem.robot.cables)
-        if self.problem.taut is None and self.problem.robot.is_elastic and count > MOST_TAUT:
+        if self.problem.taut is None and self.problem.robot.is_elastic and count > MOST_CARRYING:
             # Elastic cables share the load whatever their number.
             undecided += self.many()
         reason = StopReason(stop.value) if stop is not None and pending else StopReason.EXHAUSTED
@@ -159,13 +163,27 @@ class RealRun:
         )
 
     def many(self) -> list[Undecided]:
-        """Return the entry of poses with more than six taut cables; none where these are proved not to be."""
+        """Return the entry of poses with more than eight taut cables; none where these are proved not to be."""
         everything = tuple(range(len(self.problem.robot.cables)))
         if self.options.ignore_slack:
             # Cables that are in no way bound nothing.
             return [Undecided(everything, 1, MANY_REASON, ANYWHERE, ANY_ROTATION)]
         cells = start_cells(model_for(self.problem, everything, slack=False))
         return everywhere(self.problem, everything, cells, MANY_REASON) if len(cells) else []
+
+
+def subsets(problem: Problem) -> list[tuple[int, ...]]:
+    """Return the taut subsets to examine, smallest first; in each the cables that do not stretch come first."""
+    if problem.taut is not None:
+        return [rigid_first(problem, problem.taut)]
+    cables, sizes = range(len(problem.robot.cables)), range(1, most_taut(problem.robot) + 1)
+    found = [rigid_first(problem, taut) for size in sizes for taut in combinations(cables, size)]
+    return [taut for taut in found if rigid(problem, taut) <= MOST_TAUT]
+
+
+def rigid(problem: Problem, taut: tuple[int, ...]) -> int:
+    """Return how many cables of a subset do not stretch."""
+    return sum(not problem.loaded.models[i].law.stretches for i in taut)
 
 
 def rigid_first(problem: Problem, taut: tuple[int, ...]) -> tuple[int, ...]:

@@ -11,9 +11,15 @@ from cdpr_interval.text.count import counted
 from solvers.questions.arguments import Label
 from solvers.questions.checked import uncertain_data
 from solvers.questions.problem import Method, Options
+from solvers.six_dof.real.columns import MOST_CARRYING
 
 MOST_TAUT = 6
 """Most taut cables of a subset: more share the load in more than one way."""
+
+
+def most_taut(robot: Robot) -> int:
+    """Return how many cables a taut subset has at most: of those that stretch more can share the load."""
+    return min(MOST_CARRYING if robot.is_elastic else MOST_TAUT, len(robot.cables))
 
 
 def accepts(robot: Robot) -> bool:
@@ -45,7 +51,7 @@ def needs_real_cells(robot: Robot) -> bool:
 def complaints(robot: Robot, taut: tuple[int, ...] | None, options: Options, label: Label) -> Iterator[str]:
     """Yield the rules that a question breaks."""
     count = len(robot.cables)
-    most = min(MOST_TAUT, count)
+    most = most_taut(robot)
     if taut is not None and len(taut) > most:
         yield f"{label('taut')}: {len(taut)} cables, but a taut subset of a platform has at most {most}"
     tight = count if taut is None else len(taut)

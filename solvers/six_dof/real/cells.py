@@ -129,7 +129,8 @@ def cut_by_lengths(context: Any, states: Any) -> int:
     Lanes still OPEN afterwards: the rows in F are those of the cell as it is now; its columns 6..11 bound w.
     """
     S, F, W, C, _, _ = context.scratch
-    real, n = context.real, context.real.n_taut
+    # More than six lengths are no more equations than unknowns: the survey has used all.
+    real, n = context.real, min(context.real.n_taut, MOST_TAUT)
     rank = 0
     for lane in range(LANES):
         W[MOVING, 0, lane] = 1.0 if states[lane] == OPEN else 0.0
@@ -206,7 +207,7 @@ def exclude(context: Any, states: Any) -> int:
         if not mark(W, excluded, states, NOT_SLACK):
             return 0
     wrench_rows(F, real, spots, S)
-    if real.statics:
+    if real.statics and n <= MOST_TAUT:
         centre_columns(F, W, n)
         mark(W, balance_free(F, W, n, rank, open_lanes(W, states), S), states, UNBALANCED)
     return rank
@@ -217,8 +218,8 @@ def balance_equations(context: Any, rank: int) -> int:
     """Write equations of the statics behind those of the lengths in EQUATION..; return how many there are."""
     S, F, W, _, _, _ = context.scratch
     n = context.real.n_taut
-    if n == MOST_TAUT:
-        return n
+    if n >= MOST_TAUT:
+        return MOST_TAUT
     centre_columns(F, W, n)
     limited = limit_tensions(F, W, n, rank, S)
     statics_equations(F, W, n, n, 0, S)
@@ -310,14 +311,16 @@ def settled(context: Any, states: Any) -> None:
             if states[lane] != OPEN or not near_root(roots, k, C, lane, size):
                 continue
             if not bounded:
-                store(W, FLAGS, BOUNDED, tension_bounds(F, W, n, S))
+                bound_tensions(context)
                 bounded = True
             inside = W[FLAGS, BOUNDED, lane] > 0.0
             for c in range(3):
                 inside = inside and roots[k, 4 + c] <= place_of(C, lane, c, held, False)
                 inside = inside and place_of(C, lane, c, held, True) <= roots[k, 4 + size + c]
             for j in range(n):
-                low, high = W[TENSIONS, j, lane], W[TENSIONS + 1, j, lane]
+                low, high = -math.inf, math.inf
+                if n <= MOST_TAUT:
+                    low, high = W[TENSIONS, j, lane], W[TENSIONS + 1, j, lane]
                 if context.real.elastic:
                     low = max(low, C[0, DENSITIES + 2 * j, lane])
                     high = min(high, C[0, DENSITIES + 2 * j + 1, lane])
@@ -325,6 +328,20 @@ def settled(context: Any, states: Any) -> None:
                 inside = inside and high <= roots[k, 7 + size + j]
             if inside:
                 states[lane] = SETTLED
+
+
+@kernel(inline="always")
+def bound_tensions(context: Any) -> None:
+    """Write bounds of the densities by the balance of forces to W[TENSIONS..], and where they hold to BOUNDED.
+
+    More than six have none by it alone: there everything.
+    """
+    S, F, W, _, _, _ = context.scratch
+    n = context.real.n_taut
+    if n <= MOST_TAUT:
+        store(W, FLAGS, BOUNDED, tension_bounds(F, W, n, S))
+    else:
+        store(W, FLAGS, BOUNDED, splat(1.0))
 
 
 @kernel()
@@ -362,7 +379,7 @@ def process(context: Any, count: int, children: Any) -> None:
     rotation_rows(F, C, CHART, S)
     rank = exclude(context, states)
     if any_open(states):
-        if context.real.elastic:
+        if context.real.elastic and context.real.n_taut <= MOST_TAUT:
             bound_densities(context, rank, states)
         settled(context, states)
         for lane in range(LANES):

@@ -16,8 +16,11 @@ class RealColumns(NamedTuple):
 
 
 DENSITIES = 13
-"""Bounds of t_i = tension / free length of up to six taut cables, lo and hi of each; only of elastic ones."""
-REAL_COLUMNS = RealColumns(variables=6, chart=12, share=25, width=26)
+"""Bounds of t_i = tension / free length of the taut cables, lo and hi of each; only of elastic ones."""
+MOST_CARRYING = 8
+"""Most taut cables, if those behind the sixth stretch."""
+SHARE = DENSITIES + 2 * MOST_CARRYING
+REAL_COLUMNS = RealColumns(variables=6, chart=12, share=SHARE, width=SHARE + 1)
 """Cells in (u, p): bounds of u, then bounds of the centre of mass, which are any box that holds it."""
 
 PATH, FREE, SIDE, HEIGHT, RHO = range(5)

@@ -35,14 +35,14 @@ from cdpr_interval.kernels.second_order import (
     scale,
     widen,
 )
-from cdpr_interval.mechanics.six_dof.rows import DIMENSIONS, LOAD, SCALE, WRENCH, Y
+from cdpr_interval.mechanics.six_dof.rows import DIMENSIONS, LOAD, MOST_TAUT, SCALE, WRENCH, Y
 from solvers.six_dof.real.columns import (
     LENGTH_ERROR,
     REST,
     TURNED_SHARE,
 )
-from solvers.six_dof.real.rows import DENSITY, FROM_FOOT, ONE_OVER_SCALE
-from solvers.six_dof.real.shape import square_row
+from solvers.six_dof.real.rows import DENSITY, FROM_FOOT, MORE_WRENCH, ONE_OVER_SCALE
+from solvers.six_dof.real.shape import square_row, wrench_row
 
 ROUNDINGS = 1e-14
 """Relative error of a power in floats: some forty units, of about ten needed."""
@@ -113,8 +113,12 @@ def add_pulls(F: Forms, real: Any, spots: LaneArray, S: Symbols) -> None:
     inverse(F, ONE_OVER_SCALE, DENSITY, S)
     for i in range(real.rigid, real.n_taut):
         density_row(F, real, i, spots, S)
+        row = WRENCH + DIMENSIONS * i
+        if i >= MOST_TAUT:
+            row = MORE_WRENCH
+            wrench_row(F, row, real, i, spots, S)
         for k in range(DIMENSIONS):
-            add_product(F, LOAD + k, DENSITY, WRENCH + DIMENSIONS * i + k, 1.0, S)
+            add_product(F, LOAD + k, DENSITY, row + k, 1.0, S)
 
 
 @kernel()

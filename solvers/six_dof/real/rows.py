@@ -17,6 +17,8 @@ OUTER = FORMS.take("OUTER", 9)
 """(s R e_j x v)_k at 3 k + j."""
 TURNED = FORMS.take("TURNED", 3)
 """s R b of one cable."""
+MORE_WRENCH = FORMS.take("MORE_WRENCH", platform.DIMENSIONS)
+"""s w_i of one cable behind the sixth."""
 ONE_OVER_SCALE = FORMS.take("ONE_OVER_SCALE")
 """1 / s."""
 FROM_FOOT = FORMS.take("FROM_FOOT")

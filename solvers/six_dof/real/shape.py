@@ -43,6 +43,7 @@ from cdpr_interval.mechanics.six_dof.geometry import middle_and_radius
 from cdpr_interval.mechanics.six_dof.rows import (
     DIMENSIONS,
     LOAD,
+    MOST_TAUT,
     POSITION,
     ROTATION,
     SCALE,
@@ -345,32 +346,37 @@ def sphere_row(F: Forms, out: int, real: Any, i: int, spots: LaneArray, level: i
 
 @kernel()
 def wrench_rows(F: Forms, real: Any, spots: LaneArray, S: Symbols) -> None:
-    """Write s w_i of the taut cables and s w_0. Needs ``product_rows``."""
-    size = 1.0 / real.size
-    zero, one = splat(0.0), splat(1.0)
-    most = largest(F, SCALE, S)
-    for i in range(real.n_taut):
-        w = WRENCH + DIMENSIONS * i
-        turned_arm(F, real, i, S)
-        off = most * load(spots, i, POINT_ERROR)
-        b0, b1, b2 = splat(real.arms[i, 0]), splat(real.arms[i, 1]), splat(real.arms[i, 2])
-        for k in range(3):
-            a, b = (k + 1) % 3, (k + 2) % 3
-            y, y_a, y_b = (
-                load(spots, i, TO_FOOT + k),
-                load(spots, i, TO_FOOT + a),
-                load(spots, i, TO_FOOT + b),
-            )
-            combine2(F, w + k, SCALE, y, SCALED + k, -one, S)
-            add_scaled(F, w + k, TURNED + k, -one, S)
-            widen(F, w + k, inflate_lanes(off, zero, 4.0), S)
-            # R b x (y - v)
-            combine3(F, w + 3 + k, OUTER + 3 * k, -b0, -b1, -b2, zero, S)
-            add_scaled(F, w + 3 + k, TURNED + a, y_b, S)
-            add_scaled(F, w + 3 + k, TURNED + b, -y_a, S)
-            widen(F, w + 3 + k, inflate_lanes(off * real.arm_lengths[i], zero, 4.0), S)
-            scale(F, w + 3 + k, w + 3 + k, splat(size), S)
+    """Write s w_i of the taut cables, the first six of more, and s w_0. Needs ``product_rows``."""
+    for i in range(min(real.n_taut, MOST_TAUT)):
+        wrench_row(F, WRENCH + DIMENSIONS * i, real, i, spots, S)
+    zero, most = splat(0.0), largest(F, SCALE, S)
     for k in range(3):
         scale(F, LOAD + k, SCALE, splat(real.load[k]), S)
         widen(F, LOAD + k, inflate_lanes(most * real.load_err[k], zero, 4.0), S)
         constant(F, LOAD + 3 + k, zero, zero, S)
+
+
+@kernel()
+def wrench_row(F: Forms, w: int, real: Any, i: int, spots: LaneArray, S: Symbols) -> None:
+    """Write s w_i to six rows from ``w`` on. Needs ``product_rows``."""
+    size = 1.0 / real.size
+    zero, one = splat(0.0), splat(1.0)
+    turned_arm(F, real, i, S)
+    off = largest(F, SCALE, S) * load(spots, i, POINT_ERROR)
+    b0, b1, b2 = splat(real.arms[i, 0]), splat(real.arms[i, 1]), splat(real.arms[i, 2])
+    for k in range(3):
+        a, b = (k + 1) % 3, (k + 2) % 3
+        y, y_a, y_b = (
+            load(spots, i, TO_FOOT + k),
+            load(spots, i, TO_FOOT + a),
+            load(spots, i, TO_FOOT + b),
+        )
+        combine2(F, w + k, SCALE, y, SCALED + k, -one, S)
+        add_scaled(F, w + k, TURNED + k, -one, S)
+        widen(F, w + k, inflate_lanes(off, zero, 4.0), S)
+        # R b x (y - v)
+        combine3(F, w + 3 + k, OUTER + 3 * k, -b0, -b1, -b2, zero, S)
+        add_scaled(F, w + 3 + k, TURNED + a, y_b, S)
+        add_scaled(F, w + 3 + k, TURNED + b, -y_a, S)
+        widen(F, w + 3 + k, inflate_lanes(off * real.arm_lengths[i], zero, 4.0), S)
+        scale(F, w + 3 + k, w + 3 + k, splat(size), S)
