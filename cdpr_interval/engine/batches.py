@@ -8,9 +8,9 @@ A problem gives ``process(context, count, children)``, which reads and writes ``
 
 It writes to ``children`` (2 LANES, width) those of lane j in the rows 2 j, 2 j + 1; a leaf in row 2 j.
 
-A problem may look at every cell alone before (``gathered``), by ``admit(context, lane, children)``, which finds
-it in its lane of ``cells`` and returns such a verdict, or ADMITTED: batches are then made of admitted cells, which
-that function may have cut.
+A problem may look at every cell alone before (``gathered``), by ``admit(context, lane, children)``, which
+finds it in its lane of ``cells`` and returns such a verdict, or ADMITTED: batches are then made of admitted
+cells, which that function may have cut.
 
 What becomes of a cell must not depend on its neighbours; then the set of leaves is the same for any
 order and any number of threads.
@@ -20,7 +20,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from cdpr_interval.kernels.kernel import kernel, part
+from cdpr_interval.kernels.kernel import part
 from cdpr_interval.kernels.lanes import LANES
 
 CHILDREN = 2
@@ -29,18 +29,18 @@ ADMITTED = 3
 """Verdict on a cell that is to be part of a batch."""
 
 
-@kernel()
+@part()
 def take(stack: Any, row: int, cells: Any, lane: int) -> None:
     """Copy a row of the stack to a lane."""
     for k in range(stack.shape[1]):
         cells[0, k, lane] = stack[row, k]
 
 
-@kernel()
+@part()
 def deliver(
     verdict: int, lane: int, children: Any, stack: Any, count: int, leaves: Any, kinds: Any, n_leaves: int
 ) -> tuple[int, int]:
-    """Put what became of a lane's cell on the stack or among the leaves; return how many there are of both."""
+    """Put what became of a lane's cell on the stack or among the leaves; return how many these hold."""
     row = CHILDREN * lane
     if verdict < 0:
         kinds[n_leaves] = -verdict
@@ -121,15 +121,11 @@ def gathered(
     n_leaves = 0
     done = 0
     cells, verdicts = context.scratch.cells, context.scratch.verdicts
-    room = stack.shape[0] - 2 * CHILDREN * LANES
-    while 0 < count <= room and done < cell_limit and n_leaves + 2 * LANES <= leaves.shape[0]:
+    # What a batch leaves, and what the cell looked at last does.
+    room, most = stack.shape[0] - CHILDREN * LANES - 1, leaves.shape[0] - LANES - 1
+    while 0 < count <= room and done < cell_limit and n_leaves <= most:
         batch = 0
-        while (
-            batch < LANES
-            and 0 < count <= room
-            and done < cell_limit
-            and n_leaves + 2 * LANES <= leaves.shape[0]
-        ):
+        while batch < LANES and 0 < count <= room and done < cell_limit and n_leaves <= most:
             count -= 1
             done += 1
             take(stack, count, cells, batch)

@@ -163,7 +163,7 @@ class RealRun:
         )
 
     def many(self) -> list[Undecided]:
-        """Return the entry of poses with more than eight taut cables; none where these are proved not to be."""
+        """Return the entry of poses with more than eight taut cables; none where these are excluded."""
         everything = tuple(range(len(self.problem.robot.cables)))
         if self.options.ignore_slack:
             # Cables that are in no way bound nothing.
@@ -173,7 +173,7 @@ class RealRun:
 
 
 def subsets(problem: Problem) -> list[tuple[int, ...]]:
-    """Return the taut subsets to examine, smallest first; in each the cables that do not stretch come first."""
+    """Return the taut subsets to examine, smallest first; cables that do not stretch come first in each."""
     if problem.taut is not None:
         return [rigid_first(problem, problem.taut)]
     cables, sizes = range(len(problem.robot.cables)), range(1, most_taut(problem.robot) + 1)

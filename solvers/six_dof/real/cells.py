@@ -302,7 +302,7 @@ def near_root(roots: Any, k: int, C: LaneArray, lane: int, size: int) -> bool:
 @kernel(inline="always")
 def settled(context: Any, states: Any) -> None:
     """Mark as SETTLED the open lanes all of whose equilibria lie in one root's uniqueness box."""
-    S, F, W, C, _, _ = context.scratch
+    _, _, W, C, _, _ = context.scratch
     roots, n, held = context.roots, context.real.n_taut, context.desk.held
     size = 6 + n
     bounded = False
@@ -332,9 +332,9 @@ def settled(context: Any, states: Any) -> None:
 
 @kernel(inline="always")
 def bound_tensions(context: Any) -> None:
-    """Write bounds of the densities by the balance of forces to W[TENSIONS..], and where they hold to BOUNDED.
+    """Write bounds of the densities by the balance of forces to W[TENSIONS..], where they hold to BOUNDED.
 
-    More than six have none by it alone: there everything.
+    More than six have none by it alone.
     """
     S, F, W, _, _, _ = context.scratch
     n = context.real.n_taut
@@ -454,7 +454,7 @@ def bisect(C: LaneArray, lane: int, k: int, children: Any, leaf_size: float) -> 
 
 @kernel(inline="always")
 def admit(context: Any, lane: int, children: Any) -> int:
-    """Survey a cell: excluded, bisected at once, or to be put to the tests on forms; see ``engine.batches``."""
+    """Survey a cell: it is excluded, bisected at once, or put to the tests; see ``engine.batches``."""
     C, desk = context.scratch.cells, context.desk
     found = survey(context.real, C, lane, desk)
     if found == surveys.EMPTY:

@@ -192,7 +192,7 @@ def back_to_box(C: LaneArray, lane: int, desk: Any) -> None:
 
 @kernel()
 def column_of(monomial: int) -> int:
-    """Return the column of a form with six symbols for 1, eps_a, eps_a^2 and eps_0 eps_1, .., in this order."""
+    """Return the column of a form with six symbols for 1, eps_a, eps_a^2, eps_a eps_b, in this order."""
     if monomial < 4:
         return monomial
     return monomial + 3 if monomial < 7 else (18 if monomial == 9 else 6 + monomial)
@@ -330,7 +330,10 @@ def square_row(F: Forms, out: int, real: Any, i: int, spots: LaneArray, S: Symbo
 
 @kernel()
 def sphere_row(F: Forms, out: int, real: Any, i: int, spots: LaneArray, level: int, S: Symbols) -> None:
-    """Write s (|X_i - T0_i|^2 - (|y_i|^2 + |b_i|^2) + 2 level) / 2; its error is in the place after ``level``."""
+    """Write s |X_i - T0_i|^2 / 2 with (|y_i|^2 + |b_i|^2) / 2 replaced by what stands in ``level``.
+
+    Its error stands in the place after ``level``.
+    """
     y0, y1, y2 = load(spots, i, TO_FOOT), load(spots, i, TO_FOOT + 1), load(spots, i, TO_FOOT + 2)
     b0, b1, b2 = splat(real.arms[i, 0]), splat(real.arms[i, 1]), splat(real.arms[i, 2])
     turned_arm(F, real, i, S)

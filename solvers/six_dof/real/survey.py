@@ -8,8 +8,8 @@ bends by at most H+ = 1 / sigma and at least -H- = min(0, 1 - (h + r) / x) / sig
 
 Each taut cable so bounds a0 . q from both sides, each slack one from above, and three together bound q.
 
-Arrays: ``real`` is a ``RealModel``; ``C`` (1, width, LANES) cells, columns ``REAL_COLUMNS``; ``desk`` is a ``Desk``; ``seen`` (N, SEEN) cables; ``triple``
-(3,) indices.
+Arrays: ``real`` is a ``RealModel``; ``C`` (1, width, LANES) cells, columns ``REAL_COLUMNS``; ``desk`` is a
+``Desk``; ``seen`` (N, SEEN) cables; ``triple`` (3,) indices.
 """
 
 from __future__ import annotations

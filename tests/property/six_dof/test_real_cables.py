@@ -40,13 +40,20 @@ def is_planted(planted: Planted, root: RealRoot) -> bool:
     return bool(np.abs(off).max() < 1e-6 and np.abs(away).max() < 1e-6)
 
 
-@pytest.mark.parametrize("compliance", [0.0, 1e-3])
-@pytest.mark.parametrize("count", [3, 4, 5, 6])
+@pytest.mark.parametrize("compliance", [0.0, 1e-5, 1e-3, 2e-2, "some"])
+@pytest.mark.parametrize("count", [1, 2, 3, 4, 5, 6, 7, 8])
 @pytest.mark.parametrize("seed", range(5))
-def test_no_cell_loses_a_planted_pose(seed: int, count: int, compliance: float) -> None:
-    """Of any cell around a pose, however large, what the search leaves holds the pose."""
+def test_no_cell_loses_a_planted_pose(seed: int, count: int, compliance: float | str) -> None:
+    """Of any cell around a pose, however large, what the search leaves holds the pose.
+
+    More than six cables are taut together only where those behind stretch.
+    """
+    if compliance == 0.0 and count > 6:
+        return
     planted = plant(seed, count)
-    run = RealSearch(planted.real(compliance), Budget())
+    rigid = min(6, seed % (count + 1))
+    some = [0.0] * rigid + [10.0 ** -(1 + (seed + i) % 4) for i in range(count - rigid)]
+    run = RealSearch(planted.real(some if isinstance(compliance, str) else compliance), Budget())
     chart, u = chart_and_u(planted)
     rng = np.random.default_rng(seed)
     for _ in range(12):

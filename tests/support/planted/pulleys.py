@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
@@ -58,22 +59,26 @@ class Planted:
     rotation: Floats
     tensions: Floats
 
-    def real(self, compliance: float = 0.0) -> RealModel:
-        """Return its arrays, all cables taut; cables that stretch are shorter by that (m/N)."""
+    def real(self, compliance: float | Sequence[float] = 0.0) -> RealModel:
+        """Return its arrays, all cables taut; cables that stretch are shorter by that (m/N).
+
+        Those that do not must come first.
+        """
+        given = np.broadcast_to(np.asarray(compliance, dtype=float), (len(self.cables),))
         return build(
             [
                 RealCable(
                     _exact(cable.exit),
                     _exact(arm),
-                    (Fraction(float(length - compliance * tension)),) * 2,
+                    (Fraction(float(length)) - Fraction(float(c)) * Fraction(float(tension)),) * 2,
                     Fraction(cable.radius),
                     Fraction(cable.arm),
                     _exact(cable.axis),
                     Fraction(cable.lead_in),
-                    (Fraction(compliance),) * 2,
+                    (Fraction(float(c)),) * 2,
                 )
-                for cable, arm, length, tension in zip(
-                    self.cables, self.arms, self.lengths, self.tensions, strict=True
+                for cable, arm, length, tension, c in zip(
+                    self.cables, self.arms, self.lengths, self.tensions, given, strict=True
                 )
             ],
             _exact(self.load),

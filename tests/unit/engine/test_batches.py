@@ -10,7 +10,7 @@ import pytest
 from numba import njit
 
 from cdpr_interval.engine import search as engine
-from cdpr_interval.engine.batches import CHILDREN, batches
+from cdpr_interval.engine.batches import ADMITTED, CHILDREN, batches, gathered
 from cdpr_interval.engine.budget import Budget, Stop
 from cdpr_interval.engine.search import Run, search
 from cdpr_interval.kernels.lanes import LANES
@@ -21,6 +21,8 @@ ROOTS = np.array([-0.75, -1.0 / 3.0, 0.0, 0.3, 0.3001, 1.0])
 SMALL, ODD = 1, 2
 LEAST = CHILDREN * LANES + 1
 """Rows of the smallest stack with which the loop can go on."""
+WIDE = 0.3
+"""Wider cells of the gathered loop are bisected before any batch."""
 
 
 class Arrays(NamedTuple):
@@ -88,12 +90,35 @@ def run_batches(
     return batches(process, context, stack, count, leaves, kinds, children, limit)
 
 
-def toy(roots: Any, size: float) -> Callable[[], Run]:
+@njit(nogil=True)
+def admit(context: Any, lane: int, children: Any) -> int:
+    """Bisect wide cells at once, and admit the others."""
+    C, row = context.scratch.cells, CHILDREN * lane
+    lo, hi, share = C[0, 0, lane], C[0, 1, lane], C[0, 3, lane]
+    children[row : row + 2] = -7.0
+    if hi - lo <= WIDE:
+        return ADMITTED
+    m = 0.5 * (lo + hi)
+    for i in range(2):
+        children[row + i, 2], children[row + i, 3] = 0.0, 0.5 * share
+    children[row, 0], children[row, 1] = lo, m
+    children[row + 1, 0], children[row + 1, 1] = m, hi
+    return 2
+
+
+@njit(nogil=True)
+def run_gathered(
+    context: Any, stack: Any, count: int, leaves: Any, kinds: Any, children: Any, limit: int
+) -> tuple[int, int, int]:
+    return gathered(admit, process, context, stack, count, leaves, kinds, children, limit)
+
+
+def toy(roots: Any, size: float, loop: Any = run_batches) -> Callable[[], Run]:
     def make_run() -> Run:
         context = toy_context(roots, size)
 
         def run(*stack: Any) -> tuple[int, int, int]:
-            done: tuple[int, int, int] = run_batches(context, *stack)
+            done: tuple[int, int, int] = loop(context, *stack)
             return done
 
         return run
@@ -105,8 +130,8 @@ def rooted(size: float = 1e-6) -> Callable[[], Run]:
     return toy(ROOTS, size)
 
 
-def tiled(size: float) -> Callable[[], Run]:
-    return toy(np.empty(0), size)
+def tiled(size: float, loop: Any = run_batches) -> Callable[[], Run]:
+    return toy(np.empty(0), size, loop)
 
 
 def start(count: int = 1) -> Any:
@@ -159,6 +184,40 @@ def test_any_limits_lead_to_the_same_leaves(limit: int, room: int, extra: int) -
     assert np.array_equal(codes, np.where(everything[:, 0] < 0.0, ODD, SMALL))
     # A cell above the leaf size is looked at twice.
     assert total == whole.cells == 2 * (len(everything) - 3) + len(everything)
+
+
+@pytest.mark.parametrize("limit", [1, 2, 3, 5, 9, 10**6])
+@pytest.mark.parametrize("room", [LANES + 1, LANES + 2, 300])
+@pytest.mark.parametrize("extra", [1, 2, 50])
+def test_gathered_cells_lead_to_the_same_leaves(limit: int, room: int, extra: int) -> None:
+    """With cells that are bisected, or admitted, alone; whatever limit ends a call no cell is lost."""
+    rows, run = LEAST + extra, tiled(2.0**-5, run_gathered)()
+    stack, leaves = np.full((rows + 2, WIDTH), 7.0), np.full((room + 2, WIDTH), 7.0)
+    kinds, children = np.full(room + 2, 7), np.full((CHILDREN * LANES + 2, WIDTH), 7.0)
+    cells, found = start(3), []
+    while len(cells):
+        count = min(len(cells), rows - CHILDREN * LANES - 1)
+        stack[:count], rest = cells[:count], cells[count:]
+        count, n, done = run(
+            stack[:rows], count, leaves[:room], kinds[:room], children[: CHILDREN * LANES], limit
+        )
+        assert 0 < done <= limit and 0 <= n <= room and 0 <= count <= rows
+        found.append(leaves[:n].copy())
+        cells = np.concatenate([rest, stack[:count]])
+        assert_tiles(np.concatenate([*found, cells]))
+        assert np.all(stack[rows:] == 7.0) and np.all(leaves[room:] == 7.0)
+        assert np.all(kinds[room:] == 7) and np.all(children[CHILDREN * LANES :] == 7.0)
+    whole = search(tiled(2.0**-5), start(3), Budget())
+    assert np.array_equal(ordered(np.concatenate(found)), whole.leaves)
+
+
+@pytest.mark.parametrize("threads", [1, 3])
+@pytest.mark.parametrize("limit", [1, 2, 5, 37, 1000])
+def test_a_cell_limit_of_gathered_cells_leaves_the_rest_pending(threads: int, limit: int) -> None:
+    budget = Budget(cell_limit=limit)
+    result = search(tiled(2.0**-12, run_gathered), start(1), budget, threads=threads)
+    assert result.cells == budget.cells == limit and result.stop is Stop.CELL_LIMIT
+    assert_tiles(np.concatenate([result.leaves, result.pending]))
 
 
 def test_a_limit_of_no_cells_or_no_room_changes_nothing() -> None:
