@@ -40,8 +40,8 @@ def is_planted(planted: Planted, root: RealRoot) -> bool:
     return bool(np.abs(off).max() < 1e-6 and np.abs(away).max() < 1e-6)
 
 
-@pytest.mark.parametrize("compliance", [0.0, 1e-5, 1e-3, 2e-2, "some"])
-@pytest.mark.parametrize("count", [1, 2, 3, 4, 5, 6, 7, 8])
+@pytest.mark.parametrize("compliance", [0.0, 1e-4, 2e-2, "some"])
+@pytest.mark.parametrize("count", [3, 4, 5, 6, 7, 8])
 @pytest.mark.parametrize("seed", range(5))
 def test_no_cell_loses_a_planted_pose(seed: int, count: int, compliance: float | str) -> None:
     """Of any cell around a pose, however large, what the search leaves holds the pose.
