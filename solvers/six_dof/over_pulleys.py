@@ -30,12 +30,14 @@ from solvers.answers.data import (
 from solvers.questions.problem import Options, Problem, Progress
 from solvers.six_dof.cells.merge import distinct
 from solvers.six_dof.cells.roots import Root, pose_of
+from solvers.six_dof.cells.subset_search import RANGED_REASON
 from solvers.six_dof.clusters import connected
 from solvers.six_dof.forward import MOST_TAUT, Found, subsets
 from solvers.six_dof.real.build import in_halves, model_for
 from solvers.six_dof.real.columns import REAL_COLUMNS
+from solvers.six_dof.real.hull import hull_of
 from solvers.six_dof.real.model import RealModel
-from solvers.six_dof.real.subset import RealSearch, start_cells
+from solvers.six_dof.real.subset import SMALL_REASON, RealSearch, start_cells
 from solvers.six_dof.solution import height, length_ball, nominal, origin
 
 Floats = NDArray[np.float64]
@@ -53,7 +55,7 @@ MOST_STRAIN = 0.02
 """Within these, tensions that stretch a cable by more than this share of its length count as high."""
 HIGH_CELLS = 20_000
 """Cells spent on high tensions in one subset."""
-MOST_CELLS = 5_000
+MOST_CELLS = 60_000
 """More cells than this are one region."""
 
 
@@ -123,6 +125,8 @@ class RealRun:
         self.roots[taut] = distinct(known)
         if len(search.undecided):
             cells, reason = search.undecided, search.reason
+            if search.spread > 0.0 and reason == SMALL_REASON:
+                reason = RANGED_REASON
             # What was not ended is no neighbourhood of anything.
             ended = reason != search.beyond
             found.undecided += (regions if ended else everywhere)(self.problem, taut, cells, reason)
@@ -361,15 +365,11 @@ def regions(problem: Problem, taut: tuple[int, ...], cells: Floats, reason: str)
     """Return one entry for each connected cluster of undecided cells."""
     if len(cells) > MOST_CELLS:
         return everywhere(problem, taut, cells, reason)
+    centre = balls.bounds_array(balls.ranges(problem.loaded.centre_ranges))
     found = []
     for group in connected(cells, REAL_COLUMNS.chart):
-        chart = int(cells[group[0], REAL_COLUMNS.chart])
-        few = cells[group]
-        lo, hi = few[:, 0:12:2].min(axis=0), few[:, 1:12:2].max(axis=0)
-        box = np.stack([lo, hi], axis=1)
-        box = np.concatenate([box, np.zeros((len(taut), 2))])
-        pose = pose_of(Root(chart, box, box, box), Frame.plain())
-        found.append(_region(problem, taut, pose, len(few), reason))
+        position, rotation = hull_of(cells[group], centre)
+        found.append(Undecided(taut, len(group), reason, position, rotation))
     return found
 
 
