@@ -33,9 +33,9 @@ LAST_LEAF = 1e-7
 """Leaf size at which the search gives up."""
 SPREAD_SHARE = 0.04
 """Last leaf size over the width of the length ranges in units of the platform's size."""
-SPREAD_RATIO = 0.5
+SPREAD_RATIO = 0.7
 """Ratio of leaf sizes below the width of the ranges: poses spread over such leaves, which get many."""
-ENOUGH_LEAVES = 3_000
+ENOUGH_LEAVES = 5_000
 """So many leaves below the width of the ranges are not cut again."""
 MOST_OF_FAMILY = 2
 """So many taut cables may let the platform turn about an axis: its poses are no points, and no search
@@ -109,6 +109,10 @@ class RealSearch:
                 self.end_early(result.stop, np.concatenate([result.pending, small]))
                 return
             growing = len(small) > MOST_LEAVES and before < len(small)
+            if growing and leaf < self.spread:
+                # Those of the round before say as much, in fewer cells.
+                self.undecided, self.reason = cells, SMALL_REASON
+                return
             cells, before = small, len(small)
             if len(cells):
                 self.roots += find_roots(self.real, cells, leaf, self.roots, budget)
