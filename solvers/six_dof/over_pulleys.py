@@ -37,8 +37,10 @@ from solvers.six_dof.real.build import in_halves, model_for
 from solvers.six_dof.real.columns import REAL_COLUMNS
 from solvers.six_dof.real.hull import hull_of
 from solvers.six_dof.real.model import RealModel
+from solvers.six_dof.real.strands import strands_in
 from solvers.six_dof.real.subset import SMALL_REASON, RealSearch, start_cells
 from solvers.six_dof.solution import height, length_ball, nominal, origin
+from solvers.six_dof.strand_report import alone, merged, problem_of
 
 Floats = NDArray[np.float64]
 
@@ -46,6 +48,7 @@ NO_POSE = "no static pose: every taut subset is excluded"
 ANY_ROTATION = np.tile(np.array([-1.0, 1.0]), (3, 3, 1))
 ANYWHERE = np.tile(np.array([-np.inf, np.inf]), (3, 1))
 CONTRADICTION = "the way of a taut cable in ball arithmetic is not as long as the cable"
+OPEN_NOTE = "there are not two poses here; whether there is one is not proved"
 OFF_REASON = "the pose is proved, but one of its other cables has no path there"
 MANY_REASON = "more than six taut cables, which share the load by their stretch, are not looked at yet"
 MOST_LOADS, LEAST_LOADS = 20.0, 3.0
@@ -84,6 +87,8 @@ class RealRun:
         self.found: list[tuple[tuple[int, ...], Found, float]] = []
         self.stopped: Stop | None = None
         self.roots: dict[tuple[int, ...], list[Root]] = {}
+        self.strands: dict[tuple[int, ...], list[Solution | Undecided]] = {}
+        """What is proved of a subset by parts of the ranges."""
 
     def solve_subset(self, taut: tuple[int, ...]) -> None:
         """Solve one subset and keep what it gives."""
@@ -126,10 +131,32 @@ class RealRun:
         if len(search.undecided):
             cells, reason = search.undecided, search.reason
             if search.spread > 0.0 and reason == SMALL_REASON:
-                reason = RANGED_REASON
+                cells, reason = self.by_parts(taut, search, found), RANGED_REASON
             # What was not ended is no neighbourhood of anything.
             ended = reason != search.beyond
             found.undecided += (regions if ended else everywhere)(self.problem, taut, cells, reason)
+
+    def by_parts(self, taut: tuple[int, ...], search: RealSearch, found: Found) -> Floats:
+        """Find the poses of clusters of cells by parts of the ranges; return the cells of the others."""
+        left = [search.undecided[:0]]
+        for group in connected(search.undecided, REAL_COLUMNS.chart):
+            cells = search.undecided[group]
+            strands, looked_at = strands_in(
+                search.real, cells, search.roots, self.budget, self.options.threads
+            )
+            found.cells += looked_at
+            if strands is None:
+                left.append(cells)
+            for strand in strands or []:
+                roots = [Root(p.root.chart, p.root.box, p.root.unique, p.root.core) for p in strand]
+                each = [
+                    solution_of(problem_of(self.problem, taut, piece), self.options, taut, root)
+                    for piece, root in zip(strand, roots, strict=True)
+                ]
+                entry = merged(taut, each)
+                if entry is not None:
+                    self.strands.setdefault(taut, []).append(entry)
+        return np.concatenate(left)
 
     def report_roots(self, taut: tuple[int, ...], found: Found) -> None:
         """Add the solutions of the roots of one subset, each once."""
@@ -139,6 +166,11 @@ class RealRun:
                 found.undecided.append(solution)
             elif solution is not None:
                 found.solutions.append(solution)
+        for entry in alone(self.strands.get(taut, []), [*found.solutions, *found.undecided]):
+            if isinstance(entry, Solution):
+                found.solutions.append(entry)
+            else:
+                found.undecided.append(entry)
 
     def reporter(self, found: Found) -> Report | None:
         """Return the callback that turns a search's state into a ``Progress``."""
@@ -271,6 +303,8 @@ def solution_of(
             respected = None
     if respected is False and not options.ignore_slack:
         return None
+    # Over ranges an open cable may be the one that takes the pose away for some choices.
+    is_open = CableState.UNDECIDED in states and any(lo < hi for lo, hi in problem.lengths)
     tensions, distances = _numbers(problem, view, densities)
     return Solution(
         taut=tuple(i for i, state in enumerate(states) if state is CableState.TAUT),
@@ -281,12 +315,13 @@ def solution_of(
         tensions=tensions,
         distances=distances,
         slack_respected=respected,
-        existence=Certainty.PROVED,
+        existence=Certainty.UNDECIDED if is_open else Certainty.PROVED,
         uniqueness=Certainty.PROVED,
         proof=Proof.INTERVAL_NEWTON,
         stability=stability_of(problem, view, densities, CableState.UNDECIDED in states),
         nominal=nominal(problem.robot, pose),
         family=None,
+        note=OPEN_NOTE if is_open else "",
     )
 
 
