@@ -37,10 +37,10 @@ from solvers.six_dof.real.build import in_halves, model_for
 from solvers.six_dof.real.columns import REAL_COLUMNS
 from solvers.six_dof.real.hull import hull_of
 from solvers.six_dof.real.model import RealModel
+from solvers.six_dof.real.strand_entry import alone, merged, problem_of
 from solvers.six_dof.real.strands import strands_in
 from solvers.six_dof.real.subset import SMALL_REASON, RealSearch, start_cells
 from solvers.six_dof.solution import height, length_ball, nominal, origin
-from solvers.six_dof.strand_report import alone, merged, problem_of
 
 Floats = NDArray[np.float64]
 
@@ -153,7 +153,7 @@ class RealRun:
                     solution_of(problem_of(self.problem, taut, piece), self.options, taut, root)
                     for piece, root in zip(strand, roots, strict=True)
                 ]
-                entry = merged(taut, each)
+                entry = merged(taut, each, RANGED_REASON)
                 if entry is not None:
                     self.strands.setdefault(taut, []).append(entry)
         return np.concatenate(left)
@@ -166,7 +166,9 @@ class RealRun:
                 found.undecided.append(solution)
             elif solution is not None:
                 found.solutions.append(solution)
-        for entry in alone(self.strands.get(taut, []), [*found.solutions, *found.undecided]):
+        for entry in alone(
+            taut, self.strands.get(taut, []), [*found.solutions, *found.undecided], RANGED_REASON
+        ):
             if isinstance(entry, Solution):
                 found.solutions.append(entry)
             else:

@@ -30,8 +30,10 @@ MOST_PIECES = 700
 """Ranges that seem to need more parts are not cut."""
 MOST_CUTS = 12
 """Cuts one after the other before the ranges are given up."""
-MOST_CELLS = 400_000
+MOST_CELLS = 200_000
 """Cells spent on the parts of one cluster."""
+MOST_PARTS = 2_000
+"""Parts of all sizes that are looked at for one cluster."""
 LEAF = 0.25
 """First leaf size in a part, over the width of its ranges in units of the platform's size."""
 ROUNDS = 3
@@ -153,10 +155,11 @@ class Cutting:
         self.budget = budget
         self.threads = threads
         self.shares = shares
-        self.cells = 0
+        self.cells, self.parts = 0, 0
 
     def strands(self, real: RealModel, cells: Floats, start: Floats, cuts: int) -> list[Strand] | None:
         """Return the strands in some cells for a part, by parts of it where there is no other way."""
+        self.parts += 1
         run = RealSearch(real, self.budget, self.threads)
         run.roots = list(self.known)
         is_root = add_root(run, cells, start)
@@ -169,7 +172,9 @@ class Cutting:
                 return [[Piece(real, root)] for root in found]
             cells = whole_cell(left)
             start = found[0].core[:6].mean(axis=1) if found else start
-        return None if cuts == MOST_CUTS else self.in_halves(real, cells, start, cuts)
+        if cuts == MOST_CUTS or self.parts > MOST_PARTS:
+            return None
+        return self.in_halves(real, cells, start, cuts)
 
     def left_of(self, run: RealSearch, cells: Floats) -> Floats | None:
         """Return what is left of cells in which a part has other equilibria than its roots; None: unknown."""

@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 from cdpr_interval.mechanics.stability import Stability
 from solvers.answers.data import CableState, Certainty, Solution, Undecided
 from solvers.questions.problem import Problem
-from solvers.six_dof.cells.subset_search import RANGED_REASON
 from solvers.six_dof.real.strands import Piece
 
 Floats = NDArray[np.float64]
@@ -27,7 +26,7 @@ def problem_of(problem: Problem, taut: Sequence[int], piece: Piece) -> Problem:
 
 
 def merged(
-    taut: tuple[int, ...], pieces: Sequence[Solution | Undecided | None]
+    taut: tuple[int, ...], pieces: Sequence[Solution | Undecided | None], reason: str
 ) -> Solution | Undecided | None:
     """Return the entry of a strand by those of its pieces; None where no piece has a static pose.
 
@@ -39,7 +38,7 @@ def merged(
     position, rotation = hull([x.position for x in found]), hull([x.rotation for x in found])
     own = [piece for piece in found if isinstance(piece, Solution)]
     if len(own) < len(pieces):
-        return Undecided(taut, len(pieces), RANGED_REASON, position, rotation)
+        return Undecided(taut, len(pieces), reason, position, rotation)
     middle = own[len(own) // 2]
     states = tuple(
         of_cable[0] if len(set(of_cable)) == 1 else CableState.UNDECIDED
@@ -63,9 +62,12 @@ def merged(
 
 
 def alone(
-    strands: Sequence[Solution | Undecided], others: Sequence[Solution | Undecided]
+    taut: tuple[int, ...],
+    strands: Sequence[Solution | Undecided],
+    others: Sequence[Solution | Undecided],
+    reason: str,
 ) -> list[Solution | Undecided]:
-    """Return the entries of strands, as regions where other entries overlap them.
+    """Return the entries of a subset's strands, as regions where other entries overlap them.
 
     A part knows no other equilibria than those of its cells: only where no other entry reaches into the box
     does it hold one pose for each choice.
@@ -74,7 +76,7 @@ def alone(
     for k, entry in enumerate(strands):
         rest = [*others, *strands[:k], *strands[k + 1 :]]
         if isinstance(entry, Solution) and any(overlap(entry, other) for other in rest):
-            entry = Undecided(entry.taut, 1, RANGED_REASON, entry.position, entry.rotation)
+            entry = Undecided(taut, 1, reason, entry.position, entry.rotation)
         found.append(entry)
     return found
 
