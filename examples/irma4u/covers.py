@@ -258,10 +258,13 @@ class Row:
         shown = f"{1e3 * self.witness.off:.2f} mm" if proved and self.witness else "-"
         elsewhere = len(self.result.solutions) + len(self.result.undecided) - len(self.around)
         roll, pitch, _ = self.one.rpy
+        agreed = (
+            "yes, proved" if proved else "may be" if self.around else "no" if self.is_cover else "unknown"
+        )
         return (
             f"{self.one.name:2}{'cover' if self.is_cover else 'stopped':9}"
             f"{hull(self.around, 0):18}{roll:+.3f}  {hull(self.around, 1):18}{pitch:+.3f}  "
-            f"{'yes, proved' if proved else 'may be' if self.around else 'no':16}{shown:>9}{elsewhere:11}"
+            f"{agreed:16}{shown:>9}{elsewhere:11}"
             f"{self.result.statistics.cells:9}{self.seconds:7.1f}  {', '.join(self.taut_sets)}"
         )
 
