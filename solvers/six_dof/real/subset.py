@@ -33,6 +33,8 @@ LAST_LEAF = 1e-7
 """Leaf size at which the search gives up."""
 SPREAD_SHARE = 0.04
 """Last leaf size over the width of the length ranges in units of the platform's size."""
+FIRST_SHARE = 0.25
+"""First leaf size over the same width, at least: of wide ranges all cells of a small one would be left."""
 SPREAD_RATIO = 0.7
 """Ratio of leaf sizes below the width of the ranges: poses spread over such leaves, which get many."""
 ENOUGH_LEAVES = 5_000
@@ -100,7 +102,7 @@ class RealSearch:
         """Run all rounds; ``cells`` : where to search, by default everywhere."""
         cells = start_cells(self.real) if cells is None else cells
         budget = self.budget if self.most_cells is None else Share(self.budget, self.most_cells)
-        leaf, before = FIRST_LEAF, 0
+        leaf, before = max(FIRST_LEAF, FIRST_SHARE * self.spread), 0
         while len(cells):
             result = search(partial(self.run, leaf), cells, budget, threads=self.threads, report=self.report)
             self.cells += result.cells
