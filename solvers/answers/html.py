@@ -29,9 +29,10 @@ def html_of(result: ResultData) -> str:
         parts.append(_table(head, (_pose(row)[: len(head)] for row in poses), len(poses)))
     regions = region_rows(result)
     if regions:
-        found = ([row.name, row.taut, row.size, *row.position, row.reason] for row in regions)
+        found = ([row.name, row.taut, row.size, *row.position, *row.angles, row.reason] for row in regions)
+        columns = ["", "taut", "size", "x m", "y m", "z m", *(["roll", "pitch", "yaw"] if turns else [])]
         parts.append("<p>Undecided regions</p>")
-        parts.append(_table(["", "taut", "size", "x m", "y m", "z m", "reason"], found, len(regions)))
+        parts.append(_table([*columns, "reason"], found, len(regions)))
     return f"<div>{''.join(parts)}</div>"
 
 

@@ -64,13 +64,16 @@ def position_text(bounds: Bounds) -> tuple[str, ...]:
     return tuple(proved_decimal(lo, hi, DECIMALS) for lo, hi in bounds.tolist())
 
 
+def angles_text(rotation: Bounds) -> tuple[str, ...]:
+    """Return roll, pitch and yaw of rotations in bounds (3, 3, 2) as text with ``deg``; ``?`` where none."""
+    return tuple(
+        "?" if angle is None else f"{proved_decimal(*angle, ANGLE_DECIMALS)}deg"
+        for angle in rpy_enclosures(rotation)
+    )
+
+
 def _row(number: int, solution: Solution, result: ResultData) -> PoseRow:
-    angles: tuple[str, ...] = ()
-    if result.model != POINT_MASS:
-        angles = tuple(
-            "?" if angle is None else f"{proved_decimal(*angle, ANGLE_DECIMALS)}deg"
-            for angle in rpy_enclosures(solution.rotation)
-        )
+    angles = angles_text(solution.rotation) if result.model != POINT_MASS else ()
     tense = [i for i, state in enumerate(solution.cable_states) if state is not CableState.SLACK]
     return PoseRow(
         number,

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from cdpr_interval.exact.enclosure import Bounds
 from solvers.answers.data import ResultData, StopReason, Undecided
 from solvers.answers.digits import at_most
-from solvers.answers.pose_row import POINT_MASS, names_of, position_text
+from solvers.answers.pose_row import POINT_MASS, angles_text, names_of, position_text
 
 PAGE = "docs/undecided.md"
 RELATIVE_RANGE = 1e-15
@@ -32,6 +32,8 @@ class RegionRow:
     """No two orientations in it differ by more, rounded up; empty for a point mass."""
     position: tuple[str, ...]
     """x, y, z in m: centre and half width."""
+    angles: tuple[str, ...]
+    """Roll, pitch, yaw of all its orientations, likewise; empty for a point mass, ``?`` where not bounded."""
     reason: str
 
     @property
@@ -55,6 +57,7 @@ def _row(name: str, one: Undecided, result: ResultData, turns: bool) -> RegionRo
         at_most(side) if math.isfinite(side) else "unbounded",
         at_most(largest_turn(one.rotation)) if turns else "",
         position_text(one.position),
+        angles_text(one.rotation) if turns else (),
         one.reason,
     )
 

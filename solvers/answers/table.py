@@ -136,8 +136,12 @@ def _poses(rows: Sequence[PoseRow], turns: bool, width: int) -> Iterator[Line]:
 def _regions(rows: Sequence[RegionRow], width: int) -> Iterator[Line]:
     yield []
     head = ["undecided", "taut", "cells", "size m", "size deg", "x m", "y m", "z m"]
+    head += ["roll", "pitch", "yaw"] if rows[0].angles else []
     shown = rows[:MOST_REGIONS]
-    body = [[row.name, row.taut, str(row.cells), row.metres, row.degrees, *row.position] for row in shown]
+    body = [
+        [row.name, row.taut, str(row.cells), row.metres, row.degrees, *row.position, *row.angles]
+        for row in shown
+    ]
     table = _aligned([head, *body], left=("undecided", "taut"))
     if max(map(_length, table)) <= width:
         yield from table
@@ -146,6 +150,8 @@ def _regions(rows: Sequence[RegionRow], width: int) -> Iterator[Line]:
             yield from _prose(f"undecided {row.name}  taut {row.taut}, {counted(row.cells, 'cell')}", width)
             yield from _cells("size", [row.size], width)
             yield from _cells("place m", row.position, width)
+            if row.angles:
+                yield from _cells("angles", row.angles, width)
     if len(rows) > len(shown):
         more = f"... {len(rows) - len(shown)} more, to {rows[-1].name}: in --json and in a report"
         yield from _prose(more, width)

@@ -32,11 +32,15 @@ from solvers.answers.data import (
 from solvers.questions.problem import Options, Problem, Progress
 from solvers.six_dof.cells.merge import distinct
 from solvers.six_dof.cells.roots import Root, pose_of
+from solvers.six_dof.cells.subset_search import RANGED_REASON
 from solvers.six_dof.clusters import connected
 from solvers.six_dof.forward import Found
 from solvers.six_dof.real.build import model_for, within
 from solvers.six_dof.real.columns import MOST_CARRYING, REAL_COLUMNS
-from solvers.six_dof.real.subset import FAMILY_REASON, RealSearch, start_cells
+from solvers.six_dof.real.hull import hull_of
+from solvers.six_dof.real.strand_entry import alone, merged, problem_of
+from solvers.six_dof.real.strands import strands_in
+from solvers.six_dof.real.subset import FAMILY_REASON, SMALL_REASON, RealSearch, start_cells
 from solvers.six_dof.scope import MOST_TAUT, most_taut
 from solvers.six_dof.solution import height, length_ball, nominal, origin
 
@@ -47,9 +51,10 @@ NONE_WITHIN = "no static pose within the tension limits: every taut subset is ex
 ANY_ROTATION = np.tile(np.array([-1.0, 1.0]), (3, 3, 1))
 ANYWHERE = np.tile(np.array([-np.inf, np.inf]), (3, 1))
 CONTRADICTION = "the way of a taut cable in ball arithmetic is not as long as the cable"
+OPEN_NOTE = "there are not two poses here; whether there is one is not proved"
 OFF_REASON = "the pose is proved, but one of its other cables has no path there"
 MANY_REASON = "more than eight taut cables, which share the load by their stretch, are not looked at"
-MOST_CELLS = 5_000
+MOST_CELLS = 60_000
 """More cells than this are one region."""
 
 
@@ -78,6 +83,8 @@ class RealRun:
         self.found: list[tuple[tuple[int, ...], Found, float]] = []
         self.stopped: Stop | None = None
         self.roots: dict[tuple[int, ...], list[Root]] = {}
+        self.strands: dict[tuple[int, ...], list[Solution | Undecided]] = {}
+        """What is proved of a subset by parts of the ranges."""
 
     def solve_subset(self, taut: tuple[int, ...]) -> None:
         """Solve one subset and keep what it gives."""
@@ -108,10 +115,34 @@ class RealRun:
         known = [*self.roots.get(taut, []), *(Root(r.chart, r.box, r.unique, r.core) for r in search.roots)]
         self.roots[taut] = distinct(known)
         if len(search.undecided):
+            cells, reason = search.undecided, search.reason
+            if search.spread > 0.0 and reason == SMALL_REASON:
+                cells, reason = self.by_parts(taut, search, found), RANGED_REASON
             # What was not ended is no neighbourhood of anything.
-            ended = search.reason != FAMILY_REASON
-            entries = regions if ended else everywhere
-            found.undecided += entries(self.problem, taut, search.undecided, search.reason)
+            entries = everywhere if reason == FAMILY_REASON else regions
+            found.undecided += entries(self.problem, taut, cells, reason)
+
+    def by_parts(self, taut: tuple[int, ...], search: RealSearch, found: Found) -> Floats:
+        """Find the poses of clusters of cells by parts of the ranges; return the cells of the others."""
+        left = [search.undecided[:0]]
+        for group in connected(search.undecided, REAL_COLUMNS.chart):
+            cells = search.undecided[group]
+            strands, looked_at = strands_in(
+                search.real, cells, search.roots, self.budget, self.options.threads
+            )
+            found.cells += looked_at
+            if strands is None:
+                left.append(cells)
+            for strand in strands or []:
+                roots = [Root(p.root.chart, p.root.box, p.root.unique, p.root.core) for p in strand]
+                each = [
+                    solution_of(problem_of(self.problem, taut, piece), self.options, taut, root)
+                    for piece, root in zip(strand, roots, strict=True)
+                ]
+                entry = merged(tuple(sorted(taut)), each, RANGED_REASON)
+                if entry is not None:
+                    self.strands.setdefault(taut, []).append(entry)
+        return np.concatenate(left)
 
     def report_roots(self, taut: tuple[int, ...], found: Found) -> None:
         """Add the solutions of the roots of one subset, each once."""
@@ -121,6 +152,16 @@ class RealRun:
                 found.undecided.append(solution)
             elif solution is not None:
                 found.solutions.append(solution)
+        for entry in alone(
+            tuple(sorted(taut)),
+            self.strands.get(taut, []),
+            [*found.solutions, *found.undecided],
+            RANGED_REASON,
+        ):
+            if isinstance(entry, Solution):
+                found.solutions.append(entry)
+            else:
+                found.undecided.append(entry)
 
     def reporter(self, found: Found) -> Report | None:
         """Return the callback that turns a search's state into a ``Progress``."""
@@ -265,6 +306,8 @@ def solution_of(
             respected = None
     if respected is False and not options.ignore_slack:
         return None
+    # Over ranges an open cable may be the one that takes the pose away for some choices.
+    is_open = CableState.UNDECIDED in states and any(lo < hi for lo, hi in problem.lengths)
     tensions, distances = _numbers(problem, view, densities)
     return Solution(
         taut=tuple(i for i, state in enumerate(states) if state is CableState.TAUT),
@@ -275,12 +318,13 @@ def solution_of(
         tensions=tensions,
         distances=distances,
         slack_respected=respected,
-        existence=Certainty.PROVED,
+        existence=Certainty.UNDECIDED if is_open else Certainty.PROVED,
         uniqueness=Certainty.PROVED,
         proof=Proof.INTERVAL_NEWTON,
         stability=stability_of(problem, view, densities, CableState.UNDECIDED in states),
         nominal=nominal(problem.robot, pose),
         family=None,
+        note=OPEN_NOTE if is_open else "",
     )
 
 
@@ -359,15 +403,11 @@ def regions(problem: Problem, taut: tuple[int, ...], cells: Floats, reason: str)
     """Return one entry for each connected cluster of undecided cells."""
     if len(cells) > MOST_CELLS:
         return everywhere(problem, taut, cells, reason)
+    centre = balls.bounds_array(balls.ranges(problem.loaded.centre_ranges))
     found = []
     for group in connected(cells, REAL_COLUMNS.chart):
-        chart = int(cells[group[0], REAL_COLUMNS.chart])
-        few = cells[group]
-        lo, hi = few[:, 0:12:2].min(axis=0), few[:, 1:12:2].max(axis=0)
-        box = np.stack([lo, hi], axis=1)
-        box = np.concatenate([box, np.zeros((len(taut), 2))])
-        pose = pose_of(Root(chart, box, box, box), Frame.plain())
-        found.append(_region(problem, taut, pose, len(few), reason))
+        position, rotation = hull_of(cells[group], centre)
+        found.append(Undecided(taut, len(group), reason, position, rotation))
     return found
 
 

@@ -384,7 +384,7 @@ def process(context: Any, count: int, children: Any) -> None:
         settled(context, states)
         for lane in range(LANES):
             if states[lane] == OPEN:
-                choose_next(context.real, C, lane, desk)
+                choose_next(context.real, C, lane, context.leaf_size, desk)
         if small_lanes(C, states):
             equations = balance_equations(context, rank)
             if context.real.elastic and context.real.rigid < MOST_TAUT:
@@ -395,8 +395,11 @@ def process(context: Any, count: int, children: Any) -> None:
 
 
 @kernel()
-def choose_next(real: Any, C: LaneArray, lane: int, desk: Any) -> None:
-    """Choose what to bisect if nothing else helps: a position where the rest w is wide, else u."""
+def choose_next(real: Any, C: LaneArray, lane: int, leaf_size: float, desk: Any) -> None:
+    """Choose what to bisect if nothing else helps: a position where the rest w is wide, else u.
+
+    Ranges of lengths leave positions wide however small u is: below the leaf size u is no measure of them.
+    """
     arm = 0.0
     for i in range(real.n_taut):
         arm = max(arm, real.arm_lengths[i])
@@ -405,7 +408,7 @@ def choose_next(real: Any, C: LaneArray, lane: int, desk: Any) -> None:
     for k in range(1, 3):
         if C[0, 2 * k + 1, lane] - C[0, 2 * k, lane] > C[0, 2 * best + 1, lane] - C[0, 2 * best, lane]:
             best = k
-    turned = C[0, 2 * best + 1, lane] - C[0, 2 * best, lane]
+    turned = max(C[0, 2 * best + 1, lane] - C[0, 2 * best, lane], leaf_size)
     most = 0.0
     for k in range(3):
         wide = 0.5 * (place_of(C, lane, k, held, True) - place_of(C, lane, k, held, False))

@@ -128,7 +128,8 @@ def largest_unique(real: RealModel, bench: Bench, z: Floats, C: Floats, box: Flo
     )
     for halving in range(1, HALVINGS):
         half = LARGEST_REACH * 0.5**halving * shape
-        unique = np.stack([np.minimum(z - half, box[:, 0]), np.maximum(z + half, box[:, 1])], axis=1)
+        # Cells near the border of ``box`` reach beyond it.
+        unique = np.stack([box[:, 0] - half, box[:, 1] + half], axis=1)
         if growth(bench, C, np.ascontiguousarray(unique)) < 1.0:
             return unique
     return None

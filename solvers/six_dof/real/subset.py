@@ -31,8 +31,14 @@ FIRST_LEAF = 0.04
 LEAF_RATIO = 0.125
 LAST_LEAF = 1e-7
 """Leaf size at which the search gives up."""
-SPREAD_SHARE = 0.5
+SPREAD_SHARE = 0.04
 """Last leaf size over the width of the length ranges in units of the platform's size."""
+FIRST_SHARE = 0.25
+"""First leaf size over the same width, at least: of wide ranges all cells of a small one would be left."""
+SPREAD_RATIO = 0.7
+"""Ratio of leaf sizes below the width of the ranges: poses spread over such leaves, which get many."""
+ENOUGH_LEAVES = 5_000
+"""So many leaves below the width of the ranges are not cut again."""
 MOST_OF_FAMILY = 2
 """So many taut cables may let the platform turn about an axis: its poses are no points, and no search
 ends."""
@@ -94,7 +100,7 @@ class RealSearch:
         """Run all rounds; ``cells`` : where to search, by default everywhere."""
         cells = start_cells(self.real) if cells is None else cells
         budget = self.budget if self.most_cells is None else Share(self.budget, self.most_cells)
-        leaf, before = FIRST_LEAF, 0
+        leaf, before = max(FIRST_LEAF, FIRST_SHARE * self.spread), 0
         while len(cells):
             result = search(partial(self.run, leaf), cells, budget, threads=self.threads, report=self.report)
             self.cells += result.cells
@@ -103,11 +109,17 @@ class RealSearch:
                 self.end_early(result.stop, np.concatenate([result.pending, small]))
                 return
             growing = len(small) > MOST_LEAVES and before < len(small)
+            if growing and leaf < self.spread:
+                # Those of the round before say as much, in fewer cells.
+                self.undecided, self.reason = cells, SMALL_REASON
+                return
             cells, before = small, len(small)
             if len(cells):
                 self.roots += find_roots(self.real, cells, leaf, self.roots, budget)
-            leaf *= LEAF_RATIO
-            if growing or leaf < self.last_leaf:
+            spread = self.spread
+            enough = leaf < spread and len(cells) > ENOUGH_LEAVES
+            leaf = leaf * SPREAD_RATIO if leaf < spread else max(leaf * LEAF_RATIO, SPREAD_RATIO * spread)
+            if growing or enough or leaf < max(LAST_LEAF, SPREAD_SHARE * spread):
                 self.undecided = cells
                 self.reason = MANY_REASON if growing else SMALL_REASON
                 return
@@ -120,11 +132,10 @@ class RealSearch:
             self.stop, self.pending = stop, self.pending + len(cells)
 
     @property
-    def last_leaf(self) -> float:
-        """The leaf size at which to give up: poses of lengths with ranges spread over smaller cells."""
+    def spread(self) -> float:
+        """The width of the length ranges of taut cables, in units of the platform's size."""
         n = self.real.n_taut
-        spread = float((self.real.lengths[:n, 1] - self.real.lengths[:n, 0]).max()) / self.real.size
-        return max(LAST_LEAF, SPREAD_SHARE * spread)
+        return float((self.real.lengths[:n, 1] - self.real.lengths[:n, 0]).max()) / self.real.size
 
     def context(self, leaf_size: float) -> RealContext:
         """Return what the compiled search looks at cells with."""

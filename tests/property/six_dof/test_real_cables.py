@@ -15,10 +15,12 @@ from cdpr_interval.mechanics.orientation import quaternion_from_rotation
 from cdpr_interval.mechanics.rotation import chart_of, u_in
 from solvers.six_dof.cells.merge import distinct
 from solvers.six_dof.cells.roots import Root
+from solvers.six_dof.clusters import connected
 from solvers.six_dof.real.build import RealCable, Vector, build, within
 from solvers.six_dof.real.columns import DENSITIES, REAL_COLUMNS
 from solvers.six_dof.real.model import RealModel
 from solvers.six_dof.real.roots import RealRoot, root_near, rotation_of
+from solvers.six_dof.real.strands import piece_at, strands_in
 from solvers.six_dof.real.subset import RealSearch
 from solvers.six_dof.real.system import new_bench, system
 from tests.support.planted.pulleys import Floats, Planted, plant
@@ -179,3 +181,57 @@ def test_a_pose_at_the_border_of_two_charts_is_one_pose_for_wide_ranges_too(seed
         roots.append(Root(found.chart, found.box, found.unique, found.core))
     with balls.precision():
         assert len(distinct(roots)) == 1
+
+
+def is_in_cells(planted: Planted, cells: Floats) -> bool:
+    """Return True when some cell of the planted pose's charts holds it."""
+    quaternion = quaternion_from_rotation(planted.rotation)
+    for chart in range(4):
+        here = np.array([*u_in(chart, quaternion), *planted.position])
+        own = cells[cells[:, REAL_COLUMNS.chart] == chart]
+        inside = (own[:, 0:12:2] <= here + 2.0 * NEAR) & (here - 2.0 * NEAR <= own[:, 1:12:2])
+        if inside.all(axis=1).any():
+            return True
+    return False
+
+
+def is_in_root(planted: Planted, root: RealRoot) -> bool:
+    """Return True when the planted pose is in a root's box."""
+    here = np.array([*u_in(root.chart, quaternion_from_rotation(planted.rotation)), *planted.position])
+    return bool(((root.box[:6, 0] <= here + NEAR) & (here - NEAR <= root.box[:6, 1])).all())
+
+
+@pytest.mark.parametrize(
+    ("seed", "count", "half"),
+    [
+        (40, 3, 1e-4),
+        (29, 4, 3e-5),
+        (99, 6, 3e-5),
+        (121, 4, 5e-4),
+        pytest.param(72, 3, 2e-3, marks=pytest.mark.slow),
+        pytest.param(82, 5, 2e-3, marks=pytest.mark.slow),
+        pytest.param(43, 6, 1e-2, marks=pytest.mark.slow),
+        pytest.param(217, 4, 2e-3, marks=pytest.mark.slow),
+    ],
+)
+def test_a_planted_pose_of_lengths_in_ranges_is_in_a_root_a_strand_or_a_cell(
+    seed: int, count: int, half: float
+) -> None:
+    """The planted lengths lie anywhere in their ranges; cells that are settled by parts count as strands."""
+    planted = plant(seed, count)
+    real = planted.real()
+    rng = np.random.default_rng(seed)
+    low = half * rng.uniform(0.0, 2.0, count)[:, None]
+    off = np.concatenate([-low, 2.0 * half - low], axis=1)
+    real = real._replace(lengths=real.lengths + off, paths=real.paths + off)
+    run = RealSearch(real, Budget(None, 1_000_000))
+    run.solve()
+    assert not run.pending
+    roots, cells = list(run.roots), [run.undecided[:0]]
+    for group in connected(run.undecided, REAL_COLUMNS.chart):
+        strands, _ = strands_in(real, run.undecided[group], run.roots, Budget())
+        if strands is None:
+            cells.append(run.undecided[group])
+        for strand in strands or []:
+            roots.append(piece_at(strand, planted.lengths).root)
+    assert any(is_in_root(planted, root) for root in roots) or is_in_cells(planted, np.concatenate(cells))
