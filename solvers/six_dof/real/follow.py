@@ -30,6 +30,7 @@ from cdpr_interval.mechanics.rotation import chart_of, quaternion_of, u_in
 from cdpr_interval.mechanics.six_dof.frame import Frame, Pose, centred_cayley, coordinates, half_turn
 from cdpr_interval.robots.cable_robot import Robot
 from cdpr_interval.robots.numbers import Point
+from solvers.answers.data import Solution
 from solvers.questions.problem import Problem
 from solvers.six_dof.real.build import build, cables_of
 from solvers.six_dof.real.leg import ENDS, HELD, LIFTS, SLACKENS, TIGHTENS, loads, prove
@@ -43,7 +44,7 @@ ROUNDED = 4e-16
 NEWTON_STEPS = 12
 FINEST = 2.0**-14
 """Shortest leg that is tried, over the way."""
-NEAR = 2.0**-11
+NEAR = 2.0**-10
 """Legs before a place where a cable may switch are this part of the way, or shorter where no leg through the
 switch is proved from there."""
 ACROSS = 4.0
@@ -78,8 +79,8 @@ class Leg:
     """The cable that is taut or slack; -1: none."""
     box: Bounds
     """(6 + n, 2) of u, the centre of mass in m and t in N/m."""
-    free: Bounds
-    """(N, 2) m: free lengths of the cables in the box's order, those of others are nothing."""
+    spans: Floats
+    """(N, 4) m, those in the box first: bounds of free lengths and of lengths along the cables."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -160,8 +161,9 @@ class Cables:
 
     def __init__(self, robot: Robot, force: Point = NO_FORCE) -> None:
         self.count = len(robot.cables)
-        self._problem = Problem(robot, ((Fraction(1), Fraction(1)),) * self.count, force)
-        self._cables = cables_of(self._problem)
+        problem = Problem(robot, ((Fraction(1), Fraction(1)),) * self.count, force)
+        self.loaded = problem.loaded
+        self._cables = cables_of(problem)
         self._models: dict[tuple[int, ...], RealModel] = {}
 
     def order(self, taut: tuple[int, ...]) -> tuple[int, ...]:
@@ -173,7 +175,7 @@ class Cables:
         order = self.order(taut)
         found = self._models.get(taut)
         if found is None:
-            found = build([self._cables[i] for i in order], self._problem.load, len(taut))
+            found = build([self._cables[i] for i in order], self.loaded.load, len(taut))
             self._models[taut] = found
         own, compliance = np.ascontiguousarray(lengths[list(order)]), found.compliance
         if compliance.any():
@@ -184,27 +186,25 @@ class Cables:
 
     def _compliance(self, cable: int, lo: float, hi: float) -> tuple[float, float]:
         """Bound 1 / k, which is monotone in the length, over a range of lengths."""
-        law = self._problem.loaded.models[cable].law
+        law = self.loaded.models[cable].law
         springs = [law.spring_constant(Fraction(end)) for end in (lo, hi)]
         found = [0.0 if k is None else float(1 / k) for k in springs]
         if not any(found):
             return 0.0, 0.0
         return math.nextafter(min(found), 0.0), math.nextafter(max(found), math.inf)
 
-    def are_slack(self, chart: int, box: Bounds, cables: Sequence[int], lengths: Bounds) -> int:
-        """Return a cable that is not proved slack over a box, by paths in balls; -1: all are."""
+    def slack_paths(self, chart: int, box: Bounds, cables: Sequence[int]) -> list[tuple[float, float] | None]:
+        """Bound path lengths over a box in balls, of ropes that may run past their pulleys; None: unknown."""
         turn = centred_cayley([balls.from_bounds(*pair) for pair in box[:3].tolist()]) * half_turn(chart)
-        centre = balls.column(box[3:6])
-        loaded, numbers = self._problem.loaded, Balls()
+        loaded, numbers, centre = self.loaded, Balls(), balls.column(box[3:6])
+        found: list[tuple[float, float] | None] = []
         for i in cables:
             x, y, z = balls.entries(centre + turn * balls.fractions(loaded.arms[i]))
             try:
-                path = loaded.models[i].route.path((x, y, z), numbers)
+                found.append(balls.to_bounds(loaded.models[i].route.path((x, y, z), numbers).length))
             except OffTheCable:
-                return i
-            if not path.length < balls.from_bounds(lengths[i, 0], lengths[i, 0]):
-                return i
-        return -1
+                found.append(None)
+        return found
 
 
 class Follower:
@@ -213,40 +213,44 @@ class Follower:
     def __init__(self, robot: Robot, force: Point = NO_FORCE) -> None:
         self.cables = Cables(robot, force)
         self._pace = math.inf
-        """m of the fastest cable on the last leg."""
+        """m of the fastest cable on the longest leg of the last way."""
         self.known: Known | None = None
         self.lengths: Bounds = np.empty((0, 2))
         """(N, 2) m, those for which the pose is where it is."""
 
-    def begin(
-        self, rotation: Bounds, centre: arb_mat, tensions: Bounds, taut: tuple[int, ...], lengths: Bounds
-    ) -> Fault:
-        """Start from a pose for lengths in (N, 2), m, that is known in bounds: (3, 3, 2), (3, 1), (N, 2).
+    def begin(self, start: Solution, lengths: Bounds) -> Fault:
+        """Start from a solution for some lengths in (N, 2), m, with every cable proved taut or slack.
 
-        Guarantee: with HELD the pose that is followed is the one in these bounds.
+        Guarantee: with HELD the pose that is followed is the solution's.
         """
+        rotation, taut = start.rotation, start.taut
         with balls.precision():
             turn = balls.matrix(rotation)
+            centre = balls.column(start.position) + turn * balls.ranges(self.cables.loaded.centre_ranges)
             chart, _ = chart_of(quaternion_from_rotation(rotation.mean(axis=-1)))
             where = coordinates(Pose(turn, centre, ()), Frame.plain(), chart)
             if where is None:
                 return Fault(ENDS)
             here = place_on(lengths, lengths, 1.0, 1.0)
-            start = np.zeros((6 + len(taut), 2))
-            start[:6] = [balls.to_bounds(x) for x in (*where[0], *where[1])]
-            start[6:] = self._densities(chart, taut, here, start, tensions)
-            if not np.isfinite(start).all():
+            box = np.zeros((6 + len(taut), 2))
+            box[:6] = [balls.to_bounds(x) for x in (*where[0], *where[1])]
+            box[6:] = self._densities(chart, taut, here, box, start.tensions)
+            if not np.isfinite(box).all():
                 return Fault(ENDS)
-            known = self._pinned(chart, taut, start.mean(axis=1), here.middle)
+            known = self._pinned(chart, taut, box.mean(axis=1), here.middle)
             if known is None:
                 return Fault(ENDS)
-            fault, _, domain = self._leg(known, here, 1.0, 1.0, start)
-            if fault.status == HELD and _is_inside(known.core, domain):
+            fault, _, domain = self._leg(known, here, 1.0, 1.0, box)
+            if fault.status == HELD:
                 self.known, self.lengths = replace(known, domain=domain), lengths
             return fault
 
-    def go(self, lengths: Bounds, budget: Budget | None = None) -> tuple[float, list[Leg], Fault]:
+    def go(
+        self, lengths: Bounds, budget: Budget | None = None, most: int | None = None
+    ) -> tuple[float, list[Leg], Fault]:
         """Follow the pose while the lengths go straight from the last ones to these (N, 2), m.
+
+        ``most`` bounds how many legs are tried.
 
         Returns how much of the way is proved, the legs, and why it goes no further; the pose is then there.
 
@@ -255,14 +259,17 @@ class Follower:
         For every choice of the lengths before and of those after the pose has moved continuously, at any
         share of the way within the box of the leg of that share.
         """
-        before, here, near, legs, fault = self.lengths, 0.0, NEAR, list[Leg](), Fault(HELD)
+        before, here, legs, fault = self.lengths, 0.0, list[Leg](), Fault(HELD)
+        near = NEAR
         travel = float(np.abs(lengths - before).max())
         step = min(1.0, max(2.0 * self._pace / travel, FINEST)) if travel else 1.0
+        tried = 0
         with balls.precision():
-            while here < 1.0:
+            while here < 1.0 and tried != most:
                 if budget is not None and budget.stop() is not None:
                     fault = Fault(HELD)
                     break
+                tried += 1
                 there = min(here + step, 1.0)
                 fault, leg = self._part(before, lengths, here, there)
                 may_switch = fault.status in (SLACKENS, TIGHTENS) and self._is_decided
@@ -272,13 +279,14 @@ class Follower:
                     near = NEAR if leg is not None else max(near / ACROSS, FINEST)
                 if leg is not None:
                     legs.append(leg)
-                    self._pace = (there - here) * travel or self._pace
                     here, step = there, 2.0 * (there - here)
                     continue
                 step *= 0.5
                 if step < FINEST:
                     break
-        self.lengths = lengths if here == 1.0 else place_on(before, lengths, here, here).bounds
+        if legs:
+            self._pace = max(leg.last - leg.first for leg in legs) * travel or self._pace
+            self.lengths = lengths if here == 1.0 else place_on(before, lengths, here, here).bounds
         return here, legs, fault
 
     def rest(self) -> Leg | None:
@@ -327,30 +335,32 @@ class Follower:
         bench = new_bench(real._replace(lengths=middle), known.chart)
         z, C = known.z.copy(), np.empty((m, m))
         # The box tried last tells why; before there is one, what is known.
-        box, domain, free = known.core.copy(), np.empty((m, 2)), np.zeros((len(order), 2))
+        box, domain, spans = known.core.copy(), np.empty((m, 2)), np.zeros((len(order), 4))
         hold = known.core if cover is None else _hull(known.core, cover)
         if not (
             improve(bench, z, C, NEWTON_STEPS)
             and prove(bench, z, place.way[own], place.room[own], hold, C, box, domain)
         ):
-            status, i = loads(new_bench(real, known.chart), box, -1, free)
+            status, i = loads(new_bench(real, known.chart), box, -1, spans)
             lifts = status == LIFTS and i < len(taut)
             return Fault(LIFTS, taut[i]) if lifts else Fault(ENDS), None, domain
-        fault = self._loads(real, known.chart, order, box, -1, free)
-        leg = Leg(first, last, known.chart, taut, -1, box, free)
+        fault = self._loads(real, known.chart, order, box, -1, spans)
+        leg = Leg(first, last, known.chart, taut, -1, box, spans)
         return fault, leg if fault.status == HELD else None, domain
 
     def _loads(
-        self, real: RealModel, chart: int, order: tuple[int, ...], box: Bounds, switching: int, free: Bounds
+        self, real: RealModel, chart: int, order: tuple[int, ...], box: Bounds, switching: int, spans: Floats
     ) -> Fault:
-        """Prove what cables do over a box; ``free`` (N, 2) is written."""
-        status, i = loads(new_bench(real, chart), box, switching, free)
+        """Prove what cables do over a box; ``spans`` (N, 4) is written."""
+        status, i = loads(new_bench(real, chart), box, switching, spans)
         if status == LIFTS and i >= real.n_taut:
             # Slack ropes may run past their pulleys.
-            lengths = np.empty((len(order), 2))
-            lengths[list(order)] = real.lengths
-            cable = self.cables.are_slack(chart, box, order[real.n_taut :], lengths)
-            return Fault(HELD) if cable < 0 else Fault(LIFTS, cable)
+            found = self.cables.slack_paths(chart, box, order[real.n_taut :])
+            for j, path in enumerate(found, real.n_taut):
+                if path is None or not path[1] < real.lengths[j, 0]:
+                    return Fault(LIFTS, order[j])
+                spans[j] = 0.0, 0.0, *path
+            return Fault(HELD)
         return Fault(status, order[i] if i >= 0 else -1)
 
     def _through(self, cable: int, before: Bounds, after: Bounds, first: float, last: float) -> Leg | None:
@@ -390,7 +400,7 @@ class Follower:
             return None
         taut, k = (*carrying, cable), len(carrying)
         z, core = known.among(taut)
-        real, free = self.cables.model(taut, place.bounds), np.zeros((self.cables.count, 2))
+        real, spans = self.cables.model(taut, place.bounds), np.zeros((self.cables.count, 4))
         corner = Corner(real, known.chart)
         try:
             start = improved(corner, z, k)
@@ -404,9 +414,9 @@ class Follower:
         if alone is None:
             return None
         order = self.cables.order(taut)
-        if self._loads(real, known.chart, order, box, k, free).status != HELD:
+        if self._loads(real, known.chart, order, box, k, spans).status != HELD:
             return None
-        return Leg(first, last, known.chart, taut, cable, box, free), alone
+        return Leg(first, last, known.chart, taut, cable, box, spans), alone
 
     def _pinned(self, chart: int, taut: tuple[int, ...], z: Floats, middle: Floats) -> Known | None:
         """Return the pose near z for one choice of the lengths (N,), in the narrowest bounds."""
@@ -421,12 +431,12 @@ class Follower:
         self, chart: int, taut: tuple[int, ...], here: Place, box: Bounds, tensions: Bounds
     ) -> Bounds:
         """Bound t = tension / free length of a pose in a box (6 + n, 2) of which t is not looked at."""
-        real, free = self.cables.model(taut, here.bounds), np.zeros((self.cables.count, 2))
-        loads(new_bench(real, chart), np.concatenate([box[:6], np.ones((len(taut), 2))]), -1, free)
+        real, spans = self.cables.model(taut, here.bounds), np.zeros((self.cables.count, 4))
+        loads(new_bench(real, chart), np.concatenate([box[:6], np.ones((len(taut), 2))]), -1, spans)
         found = np.full((len(taut), 2), np.nan)
         for j, i in enumerate(taut):
-            if free[j, 0] > 0.0:
-                found[j] = _down(tensions[i, 0] / free[j, 1]), _up(tensions[i, 1] / free[j, 0])
+            if spans[j, 0] > 0.0:
+                found[j] = _down(tensions[i, 0] / spans[j, 1]), _up(tensions[i, 1] / spans[j, 0])
         return found
 
     def _in_good_chart(self, known: Known) -> Known:
@@ -449,6 +459,20 @@ class Follower:
             return known
         there = np.array([*(balls.to_bounds(x) for x in (*where[0], *where[1])), *found.core[6:]])
         return found if _is_inside(there, known.domain) else known
+
+
+def warm_up_legs(robot: Robot) -> None:
+    """Ask for all kernels of legs once: of one cable, for a pose that is none."""
+    cables = Cables(robot, (Fraction(0), Fraction(0), Fraction(-1)))
+    real = cables.model((0,), np.ones((cables.count, 2)))
+    bench, z, one = new_bench(real, 0), np.zeros(7), np.ones(1)
+    C, box, f, J = np.empty((7, 7)), np.zeros((7, 2)), np.empty((7, 2)), np.empty((7, 7, 2))
+    z[3:6] = box[3:6] = 1e3
+    system(bench, box, f, J, True)
+    improve(bench, z.copy(), C, 1)
+    existence_box(bench, z, C, box.copy())
+    prove(bench, z, one, one, box, C, box.copy(), box.copy())
+    loads(bench, box, -1, np.zeros((cables.count, 4)))
 
 
 def _wider(box: Bounds) -> Iterator[Bounds]:

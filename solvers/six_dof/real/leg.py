@@ -61,11 +61,11 @@ def prove(at: Any, z: Any, way: Any, room: Any, cover: Any, C: Any, box: Any, do
 
 
 @entry()
-def loads(at: Any, box: Any, switching: int, free: Any) -> tuple[int, int]:
+def loads(at: Any, box: Any, switching: int, spans: Any) -> tuple[int, int]:
     """Prove over a box that taut cables carry and that the others are slack; else say why not, and which.
 
-    Of the taut cable ``switching`` (-1: none) no tension is asked. ``free`` (N, 2) is given the bounds of the
-    taut ones' free lengths.
+    Of the taut cable ``switching`` (-1: none) no tension is asked. ``spans`` (N, 4) is given the bounds of
+    free lengths and of path lengths of the cables looked at.
     """
     real = at.real
     middle, R, dR = np.empty((3, 3)), np.empty((3, 3, 2)), np.empty((3, 3, 3, 2))
@@ -81,11 +81,12 @@ def loads(at: Any, box: Any, switching: int, free: Any) -> tuple[int, int]:
                 return LIFTS, i
             status, cable = LIFTS, i
             continue
-        if is_taut:
-            off = (1.0 + real.radius[i] / at.seen[i, LEAST_FREE]) * reach * (1.0 + 1e-12)
-            off = up(off + at.seen[i, OFF_POINT])
-            free[i, 0], free[i, 1] = interval.add(at.seen[i, FREE], at.seen[i, FREE], -off, off)
-            free[i, 0] = max(free[i, 0], 0.0)
-        elif not up(up(at.seen[i, PATH] + reach) + at.seen[i, OFF_LENGTH]) < real.lengths[i, 0]:
+        off = (1.0 + real.radius[i] / at.seen[i, LEAST_FREE]) * reach * (1.0 + 1e-12)
+        off = up(off + at.seen[i, OFF_POINT])
+        spans[i, 0], spans[i, 1] = interval.add(at.seen[i, FREE], at.seen[i, FREE], -off, off)
+        spans[i, 0] = max(spans[i, 0], 0.0)
+        far = up(reach + at.seen[i, OFF_LENGTH])
+        spans[i, 2], spans[i, 3] = interval.add(at.seen[i, PATH], at.seen[i, PATH], -far, far)
+        if not (is_taut or spans[i, 3] < real.lengths[i, 0]):
             return TIGHTENS, i
     return status, cable

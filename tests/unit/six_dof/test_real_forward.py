@@ -185,21 +185,26 @@ def test_more_than_six_elastic_cables_are_not_passed_over() -> None:
     assert any("more than six" in region.reason for region in result.undecided)
 
 
-def test_trackers_of_such_platforms_are_refused() -> None:
-    """They would follow straight cables."""
-    with pytest.raises(NotSupportedError, match="pulleys cannot be tracked yet"):
-        Tracker(irma4u())
+def test_a_tracker_searches_for_its_start() -> None:
+    """The one stable pose of the first call's lengths, then what it becomes."""
+    tracker = Tracker(irma4u())
+    first = tracker.update([float(x) for x in IRMA_LENGTHS])
+    assert first.tracked and first.taut == (0, 1, 2, 3), first.reason
+    assert np.allclose(first.point, (0.380319, 0.375357, 1.189340), atol=2e-6)
+    longer = tracker.update([float(x) + 1e-4 for x in IRMA_LENGTHS])
+    assert longer.tracked and not np.allclose(longer.point, first.point, atol=1e-5)
 
 
 @pytest.mark.parametrize(
     ("pulley", "text"),
     [({"joints": 2, "lead_in_m": 1}, "two joints"), ({"radius_m": [0.02, 0.03]}, "uncertain scalars")],
 )
-def test_motions_refuse_by_name(pulley: dict[str, Any], text: str) -> None:
+def test_motions_and_trackers_refuse_by_name(pulley: dict[str, Any], text: str) -> None:
     courses = [(0, [1.7, 1.7, 1.7, 1.7]), (1, [1.71, 1.7, 1.7, 1.7])]
-    with pytest.raises(NotSupportedError, match=text) as caught:
-        motion(irma4u(**pulley), courses)
-    assert "\n" not in str(caught.value)
+    for ask in (lambda robot: motion(robot, courses), Tracker):
+        with pytest.raises(NotSupportedError, match=text) as caught:
+            ask(irma4u(**pulley))
+        assert "\n" not in str(caught.value)
 
 
 def test_a_motion_of_irma4u_goes_through_a_slack_cable_and_back() -> None:
