@@ -219,3 +219,15 @@ def test_a_motion_of_irma4u_goes_through_a_slack_cable_and_back() -> None:
     assert result.segments[-1].taut == (0, 1, 2, 3)
     assert ((start.position[:, 0] <= end.position[:, 1]) & (end.position[:, 0] <= start.position[:, 1])).all()
     assert Motion.from_json(result.to_json()).segments[0].t == result.segments[0].t
+
+
+@pytest.mark.slow
+def test_a_motion_of_grab_33_ends_where_its_cables_are_too_short() -> None:
+    """Proved: they reach the platform together until then, and no longer."""
+    result = motion(grab_33(), [(0, ["1.54832", "1.64748", "1.53246"]), (5, [1, 1, 1])])
+    (end,) = result.events
+    assert end.kind == "fold" and not end.poses and end.t[1] - end.t[0] < 1e-3
+    # Until 4 s, and after it not any more.
+    before, after = ([x + time / 5 * (1 - x) for x in (1.54832, 1.64748, 1.53246)] for time in (3.9, 4.1))
+    assert forward_kinematics(grab_33(), before, taut=(0, 1, 2)).solutions and end.t[0] > 3.9
+    assert not forward_kinematics(grab_33(), after, taut=(0, 1, 2)).solutions and end.t[1] < 4.1
