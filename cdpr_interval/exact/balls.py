@@ -73,6 +73,16 @@ def from_range(x: Range) -> arb:
     return from_fraction(x.lo) if x.lo == x.hi else from_fraction(x.lo).union(from_fraction(x.hi))
 
 
+def column(bounds: Floats) -> arb_mat:
+    """Return a column that encloses bounds (m, 2)."""
+    return vector([from_bounds(lo, hi) for lo, hi in bounds.tolist()])
+
+
+def matrix(bounds: Floats) -> arb_mat:
+    """Return a matrix that encloses bounds (m, n, 2)."""
+    return arb_mat([[from_bounds(lo, hi) for lo, hi in row] for row in bounds.tolist()])
+
+
 def ranges(entries: Sequence[Range]) -> arb_mat:
     """Return a column that encloses ranges."""
     return vector([from_range(x) for x in entries])

@@ -56,6 +56,7 @@ def trackers() -> None:
     robot = load_robot("uc3")
     start = forward_kinematics(robot, ["7.5", "8", "7"], taut=(0, 1, 2)).solutions[0]
     Tracker(robot, start).warm_up()
+    Tracker(load_robot("irma4u")).warm_up()
 
 
 def certificates() -> None:

@@ -14,7 +14,7 @@ from typing import Any
 from cdpr_interval.engine.budget import Budget, Stop
 from cdpr_interval.errors import CdprError, InputError
 from cdpr_interval.mechanics.loaded import NO_FORCE, loaded
-from cdpr_interval.robots.cable_robot import SIX_DOF, Robot
+from cdpr_interval.robots.cable_robot import Robot
 from cdpr_interval.robots.formats.given import require_robot
 from cdpr_interval.text.count import counted
 from cdpr_interval.text.number import exact_number
@@ -42,7 +42,6 @@ from solvers.questions.checked import check_budgets, require_treated
 from solvers.questions.errors import InputErrors
 from solvers.questions.force import no_load
 from solvers.questions.problem import Options, Progress
-from solvers.six_dof.scope import refuses_to_follow
 
 STOPPED = {Stop.TIME_LIMIT: "stopped at the time limit", Stop.INTERRUPTED: "interrupted"}
 
@@ -161,7 +160,6 @@ def motion_problem(
     NotSupportedError
         No solver of this version can treat the robot.
     """
-    require_treated(robot, refuses_to_follow(robot) if robot.model == SIX_DOF else None)
     require_treated(robot, class_of(robot).refuses(robot))
     errors, names, file = InputErrors(), robot.cable_names, None
     if isinstance(lengths, str | os.PathLike):

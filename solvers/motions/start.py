@@ -19,7 +19,9 @@ from solvers.classes import class_of
 from solvers.motions.course import Course
 from solvers.motions.one_pose import OnePoseMover
 from solvers.motions.platform import PlatformMover
+from solvers.motions.real_platform import RealPlatformMover
 from solvers.motions.stretch import Mover
+from solvers.six_dof.scope import needs_real_cells
 
 
 @dataclass(frozen=True)
@@ -93,6 +95,8 @@ def mover_of(robot: Robot, start: Solution, among: Sequence[Solution | Undecided
     kind = class_of(robot)
     if kind.solves_ranges:
         return OnePoseMover(kind.follower(robot, start), lengths)
+    if needs_real_cells(robot):
+        return RealPlatformMover(robot, start, lengths)
     mover = PlatformMover(robot, start, lengths)
     if [one for one in among if _may_be(one, mover)] != [start]:
         raise CdprError("it cannot be told from another one")

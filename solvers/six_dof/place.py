@@ -83,15 +83,7 @@ def place_of(body: Body, start: Any) -> Place:
     """
     if isinstance(start, Estimate):
         return _of_estimate(body, start)
-    if not isinstance(start, Solution):
-        hint = ": take one of its solutions" if hasattr(start, "solutions") else ""
-        kind = type(start).__name__
-        raise InputError(f"start: must be a Solution of forward_kinematics or an Estimate, got {kind}{hint}")
-    count = len(body.exits)
-    if len(start.cable_states) != count:
-        raise InputError(f"start: has {counted(len(start.cable_states), 'cable')}, the robot {count}")
-    if not is_single(start):
-        raise InputError("start: must be one pose, with every cable proved taut or slack")
+    start = single(start, len(body.exits), "a Solution of forward_kinematics or an Estimate")
     rotation = start.rotation.mean(axis=-1)
     centre = np.array(start.nominal.position) + rotation @ body.offset
     _require_own(body, start, centre, rotation)
@@ -123,6 +115,24 @@ def known_at(body: Body, place: Place, cables: Floats, lengths: Bounds, load: Bo
         z = improved if moved[:3].max() <= NEXT and moved[3:6].max() <= NEXT * body.size else z
     z = spread(z, taut, len(lengths))
     return Known(taut, z, own, load, z, np.zeros(len(z)))
+
+
+def single(start: Any, count: int, wanted: str) -> Solution:
+    """Return a start that is one pose of a robot with so many cables.
+
+    Raises
+    ------
+    InputError
+        It is none; the message says what is wanted.
+    """
+    if not isinstance(start, Solution):
+        hint = ": take one of its solutions" if hasattr(start, "solutions") else ""
+        raise InputError(f"start: must be {wanted}, got {type(start).__name__}{hint}")
+    if len(start.cable_states) != count:
+        raise InputError(f"start: has {counted(len(start.cable_states), 'cable')}, the robot {count}")
+    if not is_single(start):
+        raise InputError("start: must be one pose, with every cable proved taut or slack")
+    return start
 
 
 def is_single(solution: Solution) -> bool:

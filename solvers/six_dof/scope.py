@@ -36,13 +36,6 @@ def refuses(robot: Robot, force: Point = NO_FORCE) -> str | None:
     return None
 
 
-def refuses_to_follow(robot: Robot) -> str | None:
-    """Return why a platform cannot be tracked from length to length; None where it can."""
-    if robot.is_elastic:
-        return "platforms on elastic cables are not supported here yet"
-    return "platforms on pulleys cannot be tracked yet" if robot.has_pulleys else None
-
-
 def needs_real_cells(robot: Robot) -> bool:
     """Return True where some cable runs over a pulley or stretches: then no sphere holds its anchor."""
     return robot.has_pulleys or robot.is_elastic

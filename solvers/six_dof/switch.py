@@ -1,17 +1,9 @@
 """A cable that is just taut or just slack: exactly one pose, whichever it is, proved as one system.
 
 With T the cables that carry and cable j that may, the unknowns z = (u, p, t) of T's square system solve the
-balance, the lengths of all but j, and min(t_j, h_j) = 0 with h_j = l_j^2 - |e_j|^2. Over a box with
-enclosures of all derivatives let A be the system's matrix with the row of t_j = 0, and x the solution of A
-x = (0, .., 1, .., 0), the way the pose moves with a given tension t_j. Two points of the box differ by a
-matrix whose last row is a mixture of that row and of grad h_j (mean value theorem, also for min), with the
-determinant det A ((1 - s) + s grad h_j . x): regular for all s in [0, 1] when A is and grad h_j . x > 0. So
-there are not two zeros. Equivalently the determinants of the systems with and without cable j have one
-sign; with g the derivative of j's length and H the form of stability on the free motions, g' H^-1 g > 0.
-
-There is one for every choice of lengths: the system with given t_j = tau has a zero z(tau) in the box for
-all tau in [0, most] (Krawczyk), h_j(z(tau)) grows by grad h_j . x, and either is not negative at 0, where j
-is slack, or reaches 0 before ``most``, where it carries.
+balance, the lengths of all but j, and min(t_j, h_j) = 0 with h_j = l_j^2 - |e_j|^2: see
+`cdpr_interval.mechanics.complementarity`. With g the derivative of j's length and H the form of stability on
+the free motions, what is to be positive there is g' H^-1 g.
 """
 
 from __future__ import annotations
@@ -25,6 +17,7 @@ from numpy.typing import NDArray
 
 from cdpr_interval.exact import balls
 from cdpr_interval.exact.range import Range
+from cdpr_interval.mechanics.complementarity import either_way, improved, slope
 from cdpr_interval.mechanics.energy import to_matrix
 from cdpr_interval.mechanics.rotation import best_chart
 from cdpr_interval.mechanics.six_dof import system as newton
@@ -36,10 +29,6 @@ from solvers.six_dof.solution import geometry
 
 Floats = NDArray[np.float64]
 
-STEPS = 20
-"""Most rounds of Newton, and of growing a box until it is mapped into itself."""
-GROW = 0.125
-"""Share by which a box exceeds the image it was made from."""
 MARGINS = (1e-4, 1e-6, 1e-8)
 """Margins of the box without a second pose that are tried, over the size of each unknown."""
 MOST_CABLES = 6
@@ -99,8 +88,7 @@ class System:
         m = 6 + self.count
         f, J = np.empty((m, 2)), np.empty((m, m, 2))
         newton.jacobian_over(self.data, self.rows, self.free, np.ascontiguousarray(box), f, J)
-        values = balls.vector([balls.from_bounds(*pair) for pair in f.tolist()])
-        return values, arb_mat([[balls.from_bounds(*pair) for pair in row] for row in J.tolist()])
+        return balls.column(f), balls.matrix(J)
 
 
 def model_of(problem: Problem, cables: tuple[int, ...]) -> Model:
@@ -169,53 +157,13 @@ def switch_at(
     return proved_near(problem, cables, k, chart, system, start)
 
 
-def with_given_tension(J: arb_mat, k: int) -> arb_mat:
-    """Return the system's matrix with the row of cable k's tension instead of its length."""
-    m = J.nrows()
-    rows = [[J[i, j] for j in range(m)] for i in range(m)]
-    rows[k] = [arb(int(j == 6 + k)) for j in range(m)]
-    return arb_mat(rows)
-
-
-def improved(system: System, z: Floats, k: int) -> Floats | None:
-    """Return the zero with t_k = 0 by Newton steps in floats; None where they do not converge."""
-    z = z.copy()
-    for _ in range(STEPS):
-        values, J = system.at(np.column_stack([z, z]))
-        f = balls.middle(values)[:, 0]
-        f[k] = z[6 + k]
-        try:
-            step = np.linalg.solve(balls.middle(with_given_tension(J, k)), f)
-        except np.linalg.LinAlgError:
-            return None
-        z -= step
-        if not np.isfinite(z).all():
-            return None
-        if np.all(np.abs(step) <= 1e-13 * (1.0 + np.abs(z))):
-            return z
-    return z
-
-
 def proved_near(
     problem: Problem, cables: tuple[int, ...], k: int, chart: int, system: System, z: Floats
 ) -> Switch | None:
     """Prove existence and uniqueness around the float zero z with t_k = 0."""
-    box = enclosed(system, z, k, 0.0)
+    box = either_way(system, z, k)
     if box is None:
         return None
-    values, _ = system.at(box)
-    rise = slope(system, box, k)
-    lowest = -values[k, 0].upper()
-    if rise is None:
-        return None
-    most = 0.0 if lowest >= 0 else float((-2 * lowest / rise.lower()).upper())
-    if most > 0.0:
-        box = enclosed(system, z, k, most)
-        if box is None:
-            return None
-        rise = slope(system, box, k)
-        if rise is None or not lowest + rise.lower() * arb(most) >= 0:
-            return None
     if not all(lo > 0.0 for i, (lo, _) in enumerate(box[6:].tolist()) if i != k):
         return None
     pose = pose_in(box, chart)
@@ -228,52 +176,6 @@ def proved_near(
         # Whatever balances at the poses listed must lie where there is no second zero.
         if found.holds(pose.rotation, pose.centre):
             return found
-    return None
-
-
-def slope(system: System, box: Floats, k: int) -> arb | None:
-    """Return grad h_k . x over a box where A is regular and that is proved positive, else None."""
-    _, J = system.at(box)
-    m = J.nrows()
-    try:
-        x = with_given_tension(J, k).solve(balls.vector([int(i == k) for i in range(m)]))
-    except ZeroDivisionError:
-        return None
-    rise = -sum((J[k, j] * x[j, 0] for j in range(m)), arb(0))
-    return rise if rise > 0 else None
-
-
-def enclosed(system: System, z: Floats, k: int, most: float) -> Floats | None:
-    """Return a box (6 + n, 2) that holds z(tau) for all tau in [0, most] and lengths in their ranges.
-
-    The image of the Krawczyk operator of the system with t_k = tau lies strictly inside it.
-    """
-    m = len(z)
-    centre = z.copy()
-    centre[6 + k] = 0.5 * most
-    values, J = system.at(np.column_stack([centre, centre]))
-    try:
-        C = to_matrix(np.asarray(np.linalg.inv(balls.middle(with_given_tension(J, k)))))
-    except np.linalg.LinAlgError:
-        return None
-    rows = balls.entries(values)
-    rows[k] = arb(0, 0.5 * most)
-    at_centre = C * balls.vector(rows)
-    radius = np.array([float(abs(x).upper()) for x in at_centre.entries()])
-    unit = balls.identity(m)
-    for _ in range(STEPS):
-        radius = (1.0 + GROW) * radius + 1e-15 * (1.0 + np.abs(centre))
-        box = np.column_stack([centre - radius, centre + radius])
-        _, J = system.at(box)
-        E = unit - C * with_given_tension(J, k)
-        sides = zip(box.tolist(), centre.tolist(), strict=True)
-        moves = balls.vector([balls.from_bounds(lo, hi) - arb(c) for (lo, hi), c in sides])
-        image = [arb(c) + x for c, x in zip(centre, (E * moves - at_centre).entries(), strict=True)]
-        if all(lo < x < hi for x, (lo, hi) in zip(image, box.tolist(), strict=True)):
-            return np.array([balls.to_bounds(x) for x in image])
-        radius = np.array([float(abs(x - arb(c)).upper()) for x, c in zip(image, centre, strict=True)])
-        if not np.isfinite(radius).all():
-            return None
     return None
 
 

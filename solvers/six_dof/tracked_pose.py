@@ -208,7 +208,7 @@ class TrackedPose:
 
         With TRACKED the middle of the bounds. With LOST what Newton's method finds from the last pose,
         tracked or estimated, which takes one or a few milliseconds when it is asked for. None where no pose
-        was ever known.
+        was ever known, and of a lost pose over pulleys or on elastic cables.
         """
         if self.fields is None:
             return None if self._guess is None else self._guess()

@@ -18,11 +18,12 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from cdpr_interval.errors import CdprError, InputError
+from cdpr_interval.errors import CdprError, InputError, NotSupportedError
 from cdpr_interval.exact.enclosure import Bounds
 from cdpr_interval.exact.range import Range
 from cdpr_interval.mechanics.loaded import loaded
 from cdpr_interval.mechanics.rotation import HALF_TURNS, chart_of, quaternion_of
+from cdpr_interval.mechanics.six_dof.arrays import platform_size
 from cdpr_interval.mechanics.six_dof.fields import Cables, Fields, FrameBounds, fill_fields
 from cdpr_interval.mechanics.six_dof.frame import Frame
 from cdpr_interval.mechanics.stability import Stability
@@ -40,8 +41,12 @@ from solvers.six_dof import scope
 from solvers.six_dof.cells.roots import GENERAL, system_of
 from solvers.six_dof.estimate import Body, Estimate, Guess, estimate
 from solvers.six_dof.forward import solve
-from solvers.six_dof.place import Place, guess_of, is_single, known_at, place_of
+from solvers.six_dof.over_pulleys import solve as solve_real
+from solvers.six_dof.place import Place, guess_of, is_single, known_at, place_of, single
 from solvers.six_dof.prepared import cables_of
+from solvers.six_dof.real.follow import Fault, warm_up_legs
+from solvers.six_dof.real.leg import ENDS, LIFTS, SLACKENS, TIGHTENS
+from solvers.six_dof.real.tracking import Tracking
 from solvers.six_dof.solution import multiply_tensions
 from solvers.six_dof.track import (
     BROAD,
@@ -91,7 +96,7 @@ class Tracker:
     Parameters
     ----------
     robot : Robot, str or PathLike
-        A platform on inextensible cables, its file or name. Its numbers are enclosed here, once.
+        A platform, its file or name. Its numbers are enclosed here, once.
     start : Solution or Estimate, optional
         A pose of `forward_kinematics` to start from, or one in plain floats; without it the first `update`
         searches for one.
@@ -108,7 +113,7 @@ class Tracker:
         The robot is a point mass (see `PointMass`); the start is no single pose with every cable's state
         decided; a radius is not positive, or the largest above half of ``size``.
     NotSupportedError
-        Elastic cables.
+        Ranges in the data of a robot over pulleys or on elastic cables; of such a robot without ``follow``.
 
     Notes
     -----
@@ -148,10 +153,18 @@ class Tracker:
         robot = require_robot(robot)
         if not scope.accepts(robot):
             raise InputError(f"robot '{robot.name}': is a point mass; use PointMass, it needs no start")
-        require_treated(robot, scope.refuses_to_follow(robot) or scope.refuses(robot))
+        require_treated(robot, scope.refuses(robot))
         self._robot = robot
-        self._body = Body(robot)
-        self._size = self._body.size
+        self._is_real = scope.needs_real_cells(robot)
+        self._real: Tracking | None = None
+        if self._is_real:
+            self._size = size_of(robot)
+            if not follow:
+                reason = "a pose over pulleys or on elastic cables is followed, no region is proved for it"
+                raise NotSupportedError(f"follow: {reason}")
+        else:
+            self._body = Body(robot)
+            self._size = self._body.size
         self._radius = metres("radius", radius, LARGEST_REGION * self._size, 0.5 * self._size)
         smallest = min(SMALLEST_REGION * self._size, self._radius)
         least = metres("least_radius", least_radius, smallest, self._radius)
@@ -163,6 +176,8 @@ class Tracker:
         self._place: Place | None = None
         self._guess: Guess | None = None
         self._updates = 0
+        self._start: Solution | None = None
+        """Of a real platform, until its first update."""
         self._busy = threading.Lock()
         if start is not None:
             self.reset(start)
@@ -189,7 +204,11 @@ class Tracker:
             not converged.
         """
         with self._alone():
-            self._place, self._guess = place_of(self._body, start), None
+            if self._is_real:
+                wanted = "a Solution of forward_kinematics where cables run over pulleys or stretch"
+                self._start, self._real = single(start, self._count, wanted), None
+            else:
+                self._place, self._guess = place_of(self._body, start), None
 
     def warm_up(self) -> None:
         """Compile or load the kernels now, so that no later call waits for them.
@@ -198,6 +217,9 @@ class Tracker:
         minute with a start to go on from, and more than one without: the search for a start needs the
         kernels of `forward_kinematics` too.
         """
+        if self._is_real:
+            warm_up_legs(self._robot)
+            return
         try:
             load = self._under(None)
         except InputError:
@@ -275,8 +297,10 @@ class Tracker:
     def _update(self, lengths: Any, external_force: Any) -> TrackedPose:
         """Return the pose for new lengths."""
         bounds, load = self._question(lengths, external_force)
+        if self._is_real:
+            return self._update_real(lengths, bounds, load.force)
         if self._place is None:
-            reason = self._begin(lengths, load)
+            reason = self._begin(lengths, load.force)
             if reason:
                 return TrackedPose(TrackStatus.LOST, reason, None, (), None)
         place = self._place
@@ -318,6 +342,33 @@ class Tracker:
         where = f"after {100.0 * arrived.share:.3g} % of the way to these lengths"
         reason = reason_of(self._robot.cable_names, arrived.status, arrived.cable, where)
         return TrackedPose(TrackStatus.LOST, reason, region, taut, None, guess)
+
+    def _update_real(self, lengths: Any, bounds: Bounds, force: Point) -> TrackedPose:
+        """Return the pose for new lengths where cables run over pulleys or stretch."""
+        if self._real is None:
+            if self._start is None and (reason := self._begin(lengths, force)):
+                return TrackedPose(TrackStatus.LOST, reason, None, (), None)
+            assert self._start is not None
+            self._real = Tracking(self._robot, force, self._start)
+        real = self._real
+        if force != real.force:
+            reason = reason_of(self._robot.cable_names, FORCED, -1, "")
+            return TrackedPose(TrackStatus.LOST, reason, None, (), None)
+        found = real.update(bounds)
+        if found.here is None:
+            where = f"after {100.0 * found.share:.3g} % of the way to these lengths"
+            reason = why(self._robot.cable_names, found.fault, where)
+            return TrackedPose(TrackStatus.LOST, reason, None, (), None)
+        here = found.here
+        return TrackedPose(
+            TrackStatus.TRACKED,
+            "",
+            None,
+            tuple(sorted(i for i in here.taut if i != here.open)),
+            real.fields(here),
+            pieces=len(found.legs),
+            switching=tuple(sorted({leg.open for leg in found.legs if leg.open >= 0})),
+        )
 
     def _estimate(self, place: Place, bounds: Bounds, load: Load) -> Estimate:
         """Return a pose in plain floats for lengths for which track was lost, from the last one known."""
@@ -412,10 +463,11 @@ class Tracker:
         angle = math.nextafter(radius / self._size, 0.0)
         return Region((x, y, z), quaternion_of(place.chart, place.z), radius, angle)
 
-    def _begin(self, lengths: Any, load: Load) -> str:
+    def _begin(self, lengths: Any, force: Point) -> str:
         """Search everywhere for a pose to start from; return why there is none."""
         ranges = read_lengths(lengths, self._robot.cable_names)
-        answer = solve(Problem(self._robot, ranges, load.force), Options())
+        search = solve_real if self._is_real else solve
+        answer = search(Problem(self._robot, ranges, force), Options())
         stable = [s for s in answer.solutions if is_single(s) and s.stability is Stability.STABLE]
         if answer.outcome is not Outcome.COMPLETE:
             return f"there is no last pose, and the search for one is not complete: {message_of(answer)}"
@@ -423,12 +475,16 @@ class Tracker:
             return (
                 f"there is no last pose, and {len(stable)} stable ones for these lengths: choose one by reset"
             )
-        self._place = place_of(self._body, stable[0])
+        if self._is_real:
+            self._start = stable[0]
+        else:
+            self._place = place_of(self._body, stable[0])
         return ""
 
     def _under(self, external_force: Any) -> Load:
         """Return what follows from a force; that of the last one is kept."""
         force: Point = ZERO if external_force is None else read_force_ranges(external_force)
+        require_treated(self._robot, scope.refuses(self._robot, force))
         under_load = loaded(self._robot, force)
         if (complaint := no_load(under_load)) is not None:
             raise InputError(complaint)
@@ -459,6 +515,24 @@ def reason_of(names: Sequence[str], status: int, cable: int, where: str) -> str:
         OTHER: f"what goes on from the last pose {where} may be another one",
     }
     return reasons.get(status, f"more than one pose may lie {where}")
+
+
+STATUSES = {SLACKENS: LOOSE, TIGHTENS: TIGHT, ENDS: GONE}
+"""Why a pose on real cables is lost, as a straight one would be."""
+
+
+def why(names: Sequence[str], fault: Fault, where: str) -> str:
+    """Say why a pose on real cables is lost, and where."""
+    if fault.status == LIFTS:
+        return (
+            f"cable {names[fault.cable]} may lift off its pulley {where}, or come too near to it or its axis"
+        )
+    return reason_of(names, STATUSES[fault.status], fault.cable, where)
+
+
+def size_of(robot: Robot) -> float:
+    """Return a length of a platform in m, in floats."""
+    return platform_size(np.array([[float(x) for x in arm] for arm in loaded(robot).arms]))
 
 
 def hull_of(each: Sequence[Fields], loose: int) -> Fields:

@@ -16,10 +16,13 @@ from solvers.answers.data import CableState, Solution, StopReason
 from solvers.answers.fields import numbers
 from solvers.classes import class_of
 from solvers.forward import forward_kinematics
+from solvers.six_dof.scope import needs_real_cells
 from solvers.six_dof.tracker import Tracker
 
 MOST_PIECES = 20_000
 """Pieces into which the ranges of lengths are cut before a platform's pose counts as not enclosed."""
+MOST_REAL_PIECES = 300
+"""Likewise where cables run over pulleys or stretch: a proof takes milliseconds, one that fails some tens."""
 
 Ranges = Sequence[tuple[float, float]]
 
@@ -152,12 +155,13 @@ class Follower:
     def __init__(self, robot: Robot, start: Solution) -> None:
         self._start = start
         self._tracker = Tracker(robot, start)
+        self._most = MOST_REAL_PIECES if needs_real_cells(robot) else MOST_PIECES
 
     def pose(self, ranges: Ranges) -> MeasuredPose | None:
         """Return the pose for all lengths in their ranges; None when it is lost somewhere."""
         pieces = [np.array(ranges, dtype=np.float64)]
         hull: MeasuredPose | None = None
-        for _ in range(MOST_PIECES):
+        for _ in range(self._most):
             if not pieces:
                 return hull
             piece = pieces.pop()

@@ -51,9 +51,9 @@ def build(
     statics: bool = True,
     slack: bool = True,
 ) -> RealModel:
-    """Enclose the cables in the arrays of a ``RealModel``.
+    """Enclose the cables in the arrays of a ``RealModel``; the taut ones come first.
 
-    The taut ones come first, of these those that do not stretch; else ``ValueError``.
+    A search is faster where of these those come first that do not stretch.
     """
     exits, exits_err = _vectors([c.exit for c in cables])
     arms, arms_err = _vectors([c.arm for c in cables])
@@ -112,12 +112,8 @@ def build(
 
 
 def _rigid(compliance: Floats) -> int:
-    """Return how many cables do not stretch; ``ValueError`` where they are not the first."""
-    stretches = compliance > 0.0
-    count = int((~stretches).sum())
-    if stretches[:count].any():
-        raise ValueError("cables that stretch come behind those that do not")
-    return count
+    """Return from which taut cable on all stretch."""
+    return int(np.flatnonzero(compliance <= 0.0).max(initial=-1)) + 1
 
 
 def _arrival(

@@ -57,7 +57,7 @@ class RealModel(NamedTuple):
     elastic: bool
     """Some taut cable stretches."""
     rigid: int
-    """How many taut cables do not; they come first."""
+    """From this taut cable on all stretch."""
     load: Floats
     """(3,) f."""
     load_err: Floats

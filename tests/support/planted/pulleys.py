@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
@@ -60,10 +60,7 @@ class Planted:
     tensions: Floats
 
     def real(self, compliance: float | Sequence[float] = 0.0) -> RealModel:
-        """Return its arrays, all cables taut; cables that stretch are shorter by that (m/N).
-
-        Those that do not must come first.
-        """
+        """Return its arrays, all cables taut; cables that stretch are shorter by that (m/N)."""
         given = np.broadcast_to(np.asarray(compliance, dtype=float), (len(self.cables),))
         return build(
             [
@@ -110,17 +107,19 @@ def random_cable(rng: np.random.Generator, angle: float) -> FloatCable:
     return FloatCable(1.5 * out + [0.0, 0.0, 2.0 + 0.2 * rng.normal()], axis, radius, arm, lead_in)
 
 
-def plant(seed: int, count: int) -> Planted:
+def plant(
+    seed: int, count: int, cable: Callable[[np.random.Generator, float], FloatCable] = random_cable
+) -> Planted:
     """Return a platform whose cables balance its load: one tension is chosen so that the rest is a force."""
     rng = np.random.default_rng(seed)
     while True:
         angles = 2.0 * np.pi * (np.arange(count) + 0.15 * rng.normal(size=count)) / count
-        cables = tuple(random_cable(rng, angle) for angle in angles)
+        cables = tuple(cable(rng, angle) for angle in angles)
         position, rotation = 0.4 * rng.uniform(-1, 1, 3) + [0.0, 0.0, 0.7], turned(0.4 * rng.normal(size=3))
         turn = 2.0 * np.pi * (np.arange(count) + 0.2 * rng.normal(size=count)) / count
         local = np.stack([0.25 * np.cos(turn), 0.25 * np.sin(turn), 0.1 + 0.15 * rng.normal(size=count)], 1)
         anchors = position + local @ rotation.T
-        seen = [cable.path(x) for cable, x in zip(cables, anchors, strict=True)]
+        seen = [one.path(x) for one, x in zip(cables, anchors, strict=True)]
         pulls = -np.array([direction for _, direction, _ in seen])
         moments = np.cross(anchors, pulls)
         tensions = rng.uniform(5.0, 30.0, count)

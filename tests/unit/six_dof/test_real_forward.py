@@ -10,7 +10,7 @@ import pytest
 from cdpr_interval import load_robot
 from cdpr_interval.errors import CdprError, NotSupportedError
 from cdpr_interval.robots.cable_robot import Elasticity, Robot
-from solvers import Outcome, Tracker, forward_kinematics, motion
+from solvers import Motion, Outcome, Tracker, forward_kinematics, motion
 from solvers.answers.data import Stability
 
 IRMA_LENGTHS = ["1.6463246530", "1.0786153083", "1.6421042936", "2.0556154675"]
@@ -185,10 +185,49 @@ def test_more_than_six_elastic_cables_are_not_passed_over() -> None:
     assert any("more than six" in region.reason for region in result.undecided)
 
 
-def test_motions_and_trackers_of_such_platforms_are_refused() -> None:
-    """They would follow straight cables."""
+def test_a_tracker_searches_for_its_start() -> None:
+    """The one stable pose of the first call's lengths, then what it becomes."""
+    tracker = Tracker(irma4u())
+    first = tracker.update([float(x) for x in IRMA_LENGTHS])
+    assert first.tracked and first.taut == (0, 1, 2, 3), first.reason
+    assert np.allclose(first.point, (0.380319, 0.375357, 1.189340), atol=2e-6)
+    longer = tracker.update([float(x) + 1e-4 for x in IRMA_LENGTHS])
+    assert longer.tracked and not np.allclose(longer.point, first.point, atol=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("pulley", "text"),
+    [({"joints": 2, "lead_in_m": 1}, "two joints"), ({"radius_m": [0.02, 0.03]}, "uncertain scalars")],
+)
+def test_motions_and_trackers_refuse_by_name(pulley: dict[str, Any], text: str) -> None:
     courses = [(0, [1.7, 1.7, 1.7, 1.7]), (1, [1.71, 1.7, 1.7, 1.7])]
-    with pytest.raises(NotSupportedError, match="pulleys cannot be tracked yet"):
-        motion(irma4u(), courses)
-    with pytest.raises(NotSupportedError, match="pulleys cannot be tracked yet"):
-        Tracker(irma4u())
+    for ask in (lambda robot: motion(robot, courses), Tracker):
+        with pytest.raises(NotSupportedError, match=text) as caught:
+            ask(irma4u(**pulley))
+        assert "\n" not in str(caught.value)
+
+
+def test_a_motion_of_irma4u_goes_through_a_slack_cable_and_back() -> None:
+    """Where cable c4 lets go and takes hold again."""
+    first, second, third, fourth = IRMA_LENGTHS
+    paid_out = [first, str(float(second) + 0.05), third, str(float(fourth) + 0.02)]
+    result = motion(irma4u(), [(0, IRMA_LENGTHS), (5, paid_out), (8, IRMA_LENGTHS)])
+    assert result.outcome is Outcome.COMPLETE and not result.others
+    assert [(event.cable, event.kind) for event in result.events] == [("c4", "slack"), ("c4", "taut")]
+    assert all(event.t[1] - event.t[0] < 0.02 for event in result.events)
+    start, end = result.segments[0].tube, result.segments[-1].tube
+    assert result.segments[-1].taut == (0, 1, 2, 3)
+    assert ((start.position[:, 0] <= end.position[:, 1]) & (end.position[:, 0] <= start.position[:, 1])).all()
+    assert Motion.from_json(result.to_json()).segments[0].t == result.segments[0].t
+
+
+@pytest.mark.slow
+def test_a_motion_of_grab_33_ends_where_its_cables_are_too_short() -> None:
+    """Proved: they reach the platform together until then, and no longer."""
+    result = motion(grab_33(), [(0, ["1.54832", "1.64748", "1.53246"]), (5, [1, 1, 1])])
+    (end,) = result.events
+    assert end.kind == "fold" and not end.poses and end.t[1] - end.t[0] < 1e-3
+    # Until 4 s, and after it not any more.
+    before, after = ([x + time / 5 * (1 - x) for x in (1.54832, 1.64748, 1.53246)] for time in (3.9, 4.1))
+    assert forward_kinematics(grab_33(), before, taut=(0, 1, 2)).solutions and end.t[0] > 3.9
+    assert not forward_kinematics(grab_33(), after, taut=(0, 1, 2)).solutions and end.t[1] < 4.1

@@ -13,6 +13,7 @@ from cdpr_interval import load_robot
 from cdpr_interval.exact.range import Range
 from cdpr_interval.mechanics.stability import Stability
 from cdpr_interval.mechanics.statics import Pose
+from cdpr_interval.robots.cable_robot import Robot
 from cdpr_interval.robots.formats.reader import parse_robot
 from scripts import winch_controller
 from solvers import forward_kinematics, inverse_kinematics
@@ -182,3 +183,28 @@ def test_what_switches_and_what_nothing_bounds_is_plain_json():
     ((_, most), (least, _)) = held.poses[0].to_json(robot.cable_names)["tensions_N"]
     assert most is None and least == 0.0
     assert "Infinity" not in json.dumps(held.poses[0].to_json(robot.cable_names))
+
+
+@pytest.mark.slow
+def test_a_platform_over_pulleys_is_enclosed_and_moved():
+    """GRAB_33 known to a millimetre: poses of sampled lengths lie in the box; a path to a settled goal."""
+    document = load_robot("grab33").to_dict()
+    winch = {key: value for key, value in ROBOT.to_dict()["cables"][0]["winch"].items() if key != "marks"}
+    for node, cable in enumerate(document["cables"], 1):
+        cable["winch"] = {**winch, "node": node}
+    robot = Robot.from_dict(document)
+    lengths = [F("1.54832"), F("1.64748"), F("1.53246")]
+    found = whereabouts(robot, around(lengths))
+    assert found.is_complete
+    (here,) = found.poses
+    rng = np.random.default_rng(0)
+    for _ in range(3):
+        chosen = [float(length) + 1e-3 * rng.choice([-1.0, 1.0]) for length in lengths]
+        result = forward_kinematics(robot, chosen, taut=(0, 1, 2))
+        (pose,) = (one for one in result.solutions if one.stability is Stability.STABLE)
+        assert (here.position[:, 0] <= pose.position[:, 1]).all()
+        assert (pose.position[:, 0] <= here.position[:, 1]).all()
+    limits = [cable.winch.limits for cable in robot.cables]
+    goal = read_pose("-0.28,1.19,-0.6")
+    path = plan(robot, limits, [float(x) for x in lengths], around(lengths), goal, settle=True)
+    assert path.taut == (0, 1, 2) and path.pieces >= 1
