@@ -244,13 +244,14 @@ def bound_densities(context: Any, rank: int, states: Any) -> None:
                     context.desk.held[lane, TIGHTER] = 1.0
     store(W, FLAGS, BOUNDED, tension_bounds(F, W, n, S))
     for lane in range(LANES):
-        if (states[lane] == OPEN or states[lane] == SMALLER) and W[FLAGS, BOUNDED, lane] > 0.0:
+        mine = states[lane] == OPEN or context.desk.held[lane, TIGHTER] > 0.0
+        if mine and W[FLAGS, BOUNDED, lane] > 0.0:
             for i in range(n):
                 if cut_density(context.real, C, lane, i, W[TENSIONS, i, lane], W[TENSIONS + 1, i, lane]):
                     states[lane] = SMALLER
                     context.desk.held[lane, TIGHTER] = 1.0
     for lane in range(LANES):
-        if states[lane] == OPEN or states[lane] == SMALLER:
+        if states[lane] == OPEN or context.desk.held[lane, TIGHTER] > 0.0:
             for i in range(n):
                 if C[0, DENSITIES + 2 * i, lane] > C[0, DENSITIES + 2 * i + 1, lane]:
                     states[lane] = UNBALANCED
