@@ -19,6 +19,7 @@ from tempfile import TemporaryDirectory
 ROOT = Path(__file__).resolve().parents[1]
 FILE = re.compile(r"^```(?:yaml|csv|json) (\S+)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 CONSOLE = re.compile(r"^```console\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+PROGRESS = re.compile(r"^\w+ after \d+ s: .*\n", re.MULTILINE)
 NUMBER = re.compile(r"([-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?)")
 MEANWHILE = re.compile(r"compiling|(search|certificate|check|batch|report|polynomial) after \d")
 """What a line begins with that is written while a command works, if that takes long."""
@@ -90,8 +91,11 @@ def renewed(text: str) -> str:
 
 
 def is_same(printed: str, shown: str) -> bool:
-    """Compare words and numbers, these up to the last digits, in which processors may differ."""
-    a, b = (NUMBER.split(re.sub(r"\s+", " ", text.strip())) for text in (printed, shown))
+    """Compare words and numbers, these up to the last digits, in which processors may differ.
+
+    Lines of progress, which only slow machines print, do not count.
+    """
+    a, b = (NUMBER.split(re.sub(r"\s+", " ", PROGRESS.sub("", text).strip())) for text in (printed, shown))
     return len(a) == len(b) and all(
         math.isclose(float(x), float(y), rel_tol=1e-5, abs_tol=1e-5) if i % 2 else x == y
         for i, (x, y) in enumerate(zip(a, b, strict=True))

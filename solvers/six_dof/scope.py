@@ -47,6 +47,8 @@ def complaints(robot: Robot, taut: tuple[int, ...] | None, options: Options, lab
     most = most_taut(robot)
     if taut is not None and len(taut) > most:
         yield f"{label('taut')}: {len(taut)} cables, but a taut subset of a platform has at most {most}"
+    elif taut is not None and sum(robot.cables[i].elasticity is None for i in taut) > MOST_TAUT:
+        yield f"{label('taut')}: more than {MOST_TAUT} cables that do not stretch"
     tight = count if taut is None else len(taut)
     if options.ignore_tension_sign and tight != MOST_TAUT:
         rule = f"needs exactly six taut cables of a platform, got {counted(tight, 'cable')}"

@@ -64,6 +64,7 @@ from solvers.six_dof.real.pull import add_pulls, cannot_balance
 from solvers.six_dof.real.shape import (
     back_to_box,
     length_row,
+    load_rows,
     polynomial,
     position_rows,
     product_rows,
@@ -305,7 +306,7 @@ def settled(context: Any, states: Any) -> None:
     """Mark as SETTLED the open lanes all of whose equilibria lie in one root's uniqueness box."""
     _, _, W, C, _, _ = context.scratch
     roots, n, held = context.roots, context.real.n_taut, context.desk.held
-    size = 6 + n
+    size, bounded_by_forces = 6 + n, n if n <= MOST_TAUT else context.real.rigid
     bounded = False
     for k in range(roots.shape[0]):
         for lane in range(LANES):
@@ -320,7 +321,7 @@ def settled(context: Any, states: Any) -> None:
                 inside = inside and place_of(C, lane, c, held, True) <= roots[k, 4 + size + c]
             for j in range(n):
                 low, high = -math.inf, math.inf
-                if n <= MOST_TAUT:
+                if j < bounded_by_forces:
                     low, high = W[TENSIONS, j, lane], W[TENSIONS + 1, j, lane]
                 if context.real.elastic:
                     low = max(low, C[0, DENSITIES + 2 * j, lane])
@@ -335,14 +336,16 @@ def settled(context: Any, states: Any) -> None:
 def bound_tensions(context: Any) -> None:
     """Write bounds of the densities by the balance of forces to W[TENSIONS..], where they hold to BOUNDED.
 
-    More than six have none by it alone.
+    Of more than six taut cables those only that do not stretch: they balance the load and the others' pulls.
     """
     S, F, W, _, _, _ = context.scratch
-    n = context.real.n_taut
-    if n <= MOST_TAUT:
-        store(W, FLAGS, BOUNDED, tension_bounds(F, W, n, S))
+    real = context.real
+    if real.n_taut <= MOST_TAUT:
+        store(W, FLAGS, BOUNDED, tension_bounds(F, W, real.n_taut, S))
     else:
-        store(W, FLAGS, BOUNDED, splat(1.0))
+        add_pulls(F, real, context.desk.spots, S)
+        store(W, FLAGS, BOUNDED, tension_bounds(F, W, real.rigid, S))
+        load_rows(F, real, S)
 
 
 @kernel()

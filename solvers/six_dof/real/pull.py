@@ -77,7 +77,7 @@ def inverse(F: Forms, out: int, a: int, S: Symbols) -> None:
 def inverse_root(F: Forms, out: int, a: int, S: Symbols) -> None:
     """Write (2 a)^(-1/2) for a row ``a``, everything where it may not be positive; overwrites it."""
     lo, hi = bounds(F, a, S)
-    positive = where_less(0.0, lo, splat(1.0), 0.0)
+    positive = where_less(0.0, lo, where_less(hi, 1e300, splat(1.0), 0.0), 0.0)
     # Where not, any numbers: the error becomes infinite.
     lo = where_less(0.0, positive, lo, 0.5)
     hi = where_less(0.0, positive, hi, 0.5)

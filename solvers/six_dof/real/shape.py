@@ -96,6 +96,7 @@ def spot(real: Any, lane: int, desk: Any) -> None:
         spots[i, LEVEL_ERROR, lane] = math.inf
         spots[i, LEVEL, lane] = 0.0
         spots[i, SQUARE_ERROR, lane] = math.inf
+        spots[i, LENGTH_ERROR, lane] = math.inf
         total = 0.0
         for k in range(3):
             y = seen[i, FOOT + k] - held[lane, CENTRE + k]
@@ -352,6 +353,12 @@ def wrench_rows(F: Forms, real: Any, spots: LaneArray, S: Symbols) -> None:
     """Write s w_i of the taut cables, the first six of more, and s w_0. Needs ``product_rows``."""
     for i in range(min(real.n_taut, MOST_TAUT)):
         wrench_row(F, WRENCH + DIMENSIONS * i, real, i, spots, S)
+    load_rows(F, real, S)
+
+
+@kernel()
+def load_rows(F: Forms, real: Any, S: Symbols) -> None:
+    """Write s w_0, the load's own wrench."""
     zero, most = splat(0.0), largest(F, SCALE, S)
     for k in range(3):
         scale(F, LOAD + k, SCALE, splat(real.load[k]), S)

@@ -288,7 +288,7 @@ def stretch(real: Any, C: Any, lane: int, i: int, desk: Any) -> bool:
     high = real.lengths[i, 1] + real.compliance[i, 1] * C[0, k + 1, lane] * far
     seen[i, LOWEST] = low * (1.0 - 1e-14)
     seen[i, HIGHEST] = min(seen[i, HIGHEST], high * (1.0 + 1e-14))
-    return True
+    return bool(seen[i, LOWEST] <= seen[i, HIGHEST])
 
 
 @kernel()

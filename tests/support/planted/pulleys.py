@@ -65,12 +65,12 @@ class Planted:
         return build(
             [
                 RealCable(
-                    _exact(cable.exit),
-                    _exact(arm),
+                    exact(cable.exit),
+                    exact(arm),
                     (Fraction(float(length)) - Fraction(float(c)) * Fraction(float(tension)),) * 2,
                     Fraction(cable.radius),
                     Fraction(cable.arm),
-                    _exact(cable.axis),
+                    exact(cable.axis),
                     Fraction(cable.lead_in),
                     (Fraction(float(c)),) * 2,
                 )
@@ -78,12 +78,13 @@ class Planted:
                     self.cables, self.arms, self.lengths, self.tensions, given, strict=True
                 )
             ],
-            _exact(self.load),
+            exact(self.load),
             len(self.cables),
         )
 
 
-def _exact(v: Any) -> tuple[Fraction, Fraction, Fraction]:
+def exact(v: Any) -> tuple[Fraction, Fraction, Fraction]:
+    """Return the numbers that three floats are."""
     x, y, z = (Fraction(float(x)) for x in v)
     return x, y, z
 
