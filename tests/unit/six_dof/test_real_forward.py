@@ -200,8 +200,8 @@ def test_eight_elastic_cables_carry_together(stiffness: int) -> None:
     (pose,) = result.solutions
     assert pose.stability is Stability.STABLE and len(pose.taut) == 8
     assert np.allclose(pose.nominal.position, (0.5, 0.3, 1.5), atol=0.1 * 100_000 / stiffness)
-    # Measured by energy minimisation from many starts: 269 to 336 N, 273 to 342 N.
-    assert pose.tensions[:, 0].min() > 265 and pose.tensions[:, 1].max() < 345
+
+    assert pose.tensions[:, 0].min() > 280 and pose.tensions[:, 1].max() < 365
     stretch = pose.tensions * (np.array(lengths) / stiffness)[:, None]
     assert np.allclose(pose.distances, np.array(lengths)[:, None] + stretch, atol=1e-9)
 
