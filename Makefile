@@ -66,6 +66,7 @@ fuzz: $(INSTALLED) ## draw new examples and print what reproduces a failure: mak
 
 planted: $(INSTALLED) ## random robots with known poses: none may be lost
 	$(BIN)/python scripts/planted_point_mass.py 300 1
+	$(BIN)/python scripts/planted_real.py 120 1
 	$(BIN)/python scripts/planted.py --robots 540 --seed 1 --taut-only \
 	  --time-limit-per-robot 30 --cell-limit-per-robot 3000000
 
