@@ -345,6 +345,8 @@ class Tracker:
 
     def _update_real(self, lengths: Any, bounds: Bounds, force: Point) -> TrackedPose:
         """Return the pose for new lengths where cables run over pulleys or stretch."""
+        if self._real is not None and not self._real.has_begun and force != self._real.force:
+            self._real = None
         if self._real is None:
             if self._start is None and (reason := self._begin(lengths, force)):
                 return TrackedPose(TrackStatus.LOST, reason, None, (), None)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from fractions import Fraction
 
 import numpy as np
 
@@ -17,6 +18,9 @@ from cdpr_interval.mechanics.stability import Stability
 from cdpr_interval.robots.cable_robot import Robot
 from cdpr_interval.robots.numbers import Point
 from solvers.answers.data import Solution
+from solvers.questions.problem import Options, Problem
+from solvers.six_dof.cells.roots import Root
+from solvers.six_dof.over_pulleys import solution_of
 from solvers.six_dof.real.follow import Fault, Follower, Leg
 from solvers.six_dof.real.leg import ENDS, HELD
 
@@ -43,11 +47,16 @@ class Tracking:
     """One pose of a robot under one force."""
 
     def __init__(self, robot: Robot, force: Point, start: Solution) -> None:
-        self.force = force
-        self.verdict = VERDICTS[start.stability]
+        self.robot, self.force = robot, force
+        self.verdict = OPEN
         """Where no proof fails the statics are regular, and the energy's inertia stays what it was."""
         self._follower = Follower(robot, force)
         self._start: Solution | None = start
+
+    @property
+    def has_begun(self) -> bool:
+        """Whether the pose has been found at all."""
+        return self._start is None
 
     @property
     def loaded(self) -> LoadedRobot:
@@ -61,10 +70,15 @@ class Tracking:
             fault = self._begin(self._start, lengths)
             if fault.status != HELD:
                 return Followed(fault)
-            self._start = None
+            self._start, self.verdict = None, self._verdict()
         before = follower.known, follower.lengths
-        share, legs, fault = follower.go(lengths, most=MOST_LEGS)
-        here = follower.rest() if share == 1.0 else None
+        try:
+            share, legs, fault = follower.go(lengths, most=MOST_LEGS)
+            here = follower.rest() if share == 1.0 else None
+        except BaseException:
+            # Interrupted on the way: the pose is not where any lengths say.
+            follower.known, follower.lengths = before
+            raise
         if here is None:
             follower.known, follower.lengths = before
             return Followed(fault if fault.status != HELD else Fault(ENDS), share, legs)
@@ -73,6 +87,17 @@ class Tracking:
     def fields(self, leg: Leg) -> Fields:
         """Return what a leg reports."""
         return fields_of(self.loaded, leg, self.verdict)
+
+    def _verdict(self) -> int:
+        """Return whether the pose is stable for this robot under this force, whatever the start was."""
+        known = self._follower.known
+        assert known is not None
+        lengths = tuple((Fraction(x), Fraction(x)) for x in known.middle.tolist())
+        problem = Problem(self.robot, lengths, external_force=self.force)
+        with balls.precision():
+            root = Root(known.chart, known.core, known.core, known.core)
+            found = solution_of(problem, Options(), known.taut, root)
+        return VERDICTS[found.stability] if isinstance(found, Solution) else OPEN
 
     def _begin(self, start: Solution, lengths: Bounds) -> Fault:
         """Start where the taut cables are as long as they are at the start, slack ones as they are to be."""

@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
 
 from cdpr_interval.errors import CdprError, InputError, NotSupportedError
+from cdpr_interval.mechanics.loaded import NO_FORCE
+from cdpr_interval.mechanics.stability import Stability
 from cdpr_interval.robots.cable_robot import Robot
 from solvers import Tracker
 from solvers.answers.data import CableState
+from solvers.six_dof.real.tracking import Tracking
 from solvers.winches.where import enclosed
 from tests.support.planted.pulleys import Floats, Planted, plant
 from tests.support.real_oracle import Body, Oracle, robot_of, start_of
@@ -125,3 +129,42 @@ def test_wrong_starts_are_refused() -> None:
         Tracker(robot, start, follow=False)
     # Of another robot with as many cables: no pose is proved there.
     assert not Tracker(planted_start(1, 3, 0.0)[1], start).update(lengths).tracked
+
+
+@pytest.mark.parametrize(("seed", "stiffness"), [(9, 15.0), (18, 30.0)])
+def test_stability_is_that_of_the_robot_not_of_its_start(seed: int, stiffness: float) -> None:
+    """The same pose is stable on stiff cables and unstable on soft ones."""
+    planted = plant(seed, 6)
+    start = start_of(planted, robot_of(planted, 1e6), planted.lengths - planted.tensions / 1e6)
+    assert start.stability is Stability.STABLE
+    pose = Tracker(robot_of(planted, stiffness), start).update(planted.lengths - planted.tensions / stiffness)
+    assert pose.tracked and pose.stability is Stability.UNSTABLE
+
+
+def test_a_first_call_under_a_wrong_force_is_forgotten() -> None:
+    planted = plant(1, 5)
+    tracker = Tracker(robot_of(planted), start_of(planted, robot_of(planted), planted.lengths))
+    assert not tracker.update(planted.lengths, external_force=[2, 0, 0]).tracked
+    assert tracker.update(planted.lengths).tracked
+
+
+def test_an_interrupted_way_leaves_the_pose_where_it_was(monkeypatch: pytest.MonkeyPatch) -> None:
+    planted = plant(1, 5)
+    tracking = Tracking(robot_of(planted), NO_FORCE, start_of(planted, robot_of(planted), planted.lengths))
+    follower = tracking._follower
+    bounds = np.stack([planted.lengths, planted.lengths], axis=1)
+    assert tracking.update(bounds).here is not None
+    known, lengths = follower.known, follower.lengths
+    legs: list[int] = []
+    original = follower._leg
+
+    def interrupted(*arguments: Any) -> Any:
+        legs.append(0)
+        if len(legs) == 4:
+            raise KeyboardInterrupt
+        return original(*arguments)
+
+    monkeypatch.setattr(follower, "_leg", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        tracking.update(bounds - 0.02)
+    assert len(legs) == 4 and follower.known is known and follower.lengths is lengths
