@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from dataclasses import dataclass
+from fractions import Fraction
 from itertools import combinations
 
 import numpy as np
@@ -18,6 +19,8 @@ from cdpr_interval.mechanics.cables.path import Balls, OffTheCable, Path
 from cdpr_interval.mechanics.energy import has_negative_direction, on_kernel, positive_definite, skew
 from cdpr_interval.mechanics.six_dof.frame import Frame, Pose
 from cdpr_interval.mechanics.stability import Stability
+from cdpr_interval.robots.cable_robot import Robot
+from cdpr_interval.robots.numbers import Point
 from solvers.answers.data import (
     Answer,
     CableState,
@@ -37,6 +40,7 @@ from solvers.six_dof.clusters import connected
 from solvers.six_dof.forward import Found
 from solvers.six_dof.real.build import model_for, within
 from solvers.six_dof.real.columns import MOST_CARRYING, REAL_COLUMNS
+from solvers.six_dof.real.follow import Known
 from solvers.six_dof.real.hull import hull_of
 from solvers.six_dof.real.strand_entry import alone, merged, problem_of
 from solvers.six_dof.real.strands import strands_in
@@ -54,6 +58,8 @@ CONTRADICTION = "the way of a taut cable in ball arithmetic is not as long as th
 OPEN_NOTE = "there are not two poses here; whether there is one is not proved"
 OFF_REASON = "the pose is proved, but one of its other cables has no path there"
 MANY_REASON = "more than eight taut cables, which share the load by their stretch, are not looked at"
+LEAST_SPREAD = 1e-9
+"""Ranges of lengths that are no rounding, over the platform's size."""
 MOST_CELLS = 60_000
 """More cells than this are one region."""
 
@@ -116,7 +122,7 @@ class RealRun:
         self.roots[taut] = distinct(known)
         if len(search.undecided):
             cells, reason = search.undecided, search.reason
-            if search.spread > 0.0 and reason == SMALL_REASON:
+            if search.spread > LEAST_SPREAD and reason == SMALL_REASON:
                 cells, reason = self.by_parts(taut, search, found), RANGED_REASON
             # What was not ended is no neighbourhood of anything.
             entries = everywhere if reason == FAMILY_REASON else regions
@@ -142,6 +148,8 @@ class RealRun:
                 entry = merged(tuple(sorted(taut)), each, RANGED_REASON)
                 if entry is not None:
                     self.strands.setdefault(taut, []).append(entry)
+        if (stop := self.budget.stop()) is not None:
+            self.stopped, found.pending = stop, max(found.pending, 1)
         return np.concatenate(left)
 
     def report_roots(self, taut: tuple[int, ...], found: Found) -> None:
@@ -328,6 +336,16 @@ def solution_of(
     )
 
 
+def stability_at(robot: Robot, force: Point, known: Known) -> Stability:
+    """Return whether a pose of a robot under a force is stable, for the choice of lengths it is known at."""
+    lengths = tuple((Fraction(x), Fraction(x)) for x in known.middle.tolist())
+    problem = Problem(robot, lengths, external_force=force)
+    with balls.precision():
+        root = Root(known.chart, known.core, known.core, known.core)
+        found = solution_of(problem, Options(), known.taut, root)
+    return found.stability if isinstance(found, Solution) else Stability.UNDECIDED
+
+
 def _numbers(problem: Problem, view: list[Seen], densities: dict[int, arb]) -> tuple[Floats, Floats]:
     """Return bounds (N, 2) of tensions and of lengths along the cables."""
     tensions = np.zeros((len(view), 2))
@@ -407,7 +425,7 @@ def regions(problem: Problem, taut: tuple[int, ...], cells: Floats, reason: str)
     found = []
     for group in connected(cells, REAL_COLUMNS.chart):
         position, rotation = hull_of(cells[group], centre)
-        found.append(Undecided(taut, len(group), reason, position, rotation))
+        found.append(Undecided(tuple(sorted(taut)), len(group), reason, position, rotation))
     return found
 
 

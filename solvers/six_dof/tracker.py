@@ -42,6 +42,7 @@ from solvers.six_dof.cells.roots import GENERAL, system_of
 from solvers.six_dof.estimate import Body, Estimate, Guess, estimate
 from solvers.six_dof.forward import solve
 from solvers.six_dof.over_pulleys import solve as solve_real
+from solvers.six_dof.over_pulleys import stability_at
 from solvers.six_dof.place import Place, guess_of, is_single, known_at, place_of, single
 from solvers.six_dof.prepared import cables_of
 from solvers.six_dof.real.follow import Fault, warm_up_legs
@@ -351,7 +352,8 @@ class Tracker:
             if self._start is None and (reason := self._begin(lengths, force)):
                 return TrackedPose(TrackStatus.LOST, reason, None, (), None)
             assert self._start is not None
-            self._real = Tracking(self._robot, force, self._start)
+            judge = partial(stability_at, self._robot, force)
+            self._real = Tracking(self._robot, force, self._start, judge)
         real = self._real
         if force != real.force:
             reason = reason_of(self._robot.cable_names, FORCED, -1, "")

@@ -94,6 +94,14 @@ def whole_cell(cells: Floats) -> Floats:
     return whole
 
 
+def cells_of(root: RealRoot, cells: Floats) -> Floats:
+    """Return the part of one cell (1, width) in which a root's zeros can be; no row where there is none."""
+    part = cells.copy()
+    part[0, 0:12:2] = np.maximum(part[0, 0:12:2], root.box[:6, 0])
+    part[0, 1:12:2] = np.minimum(part[0, 1:12:2], root.box[:6, 1])
+    return part[(part[:, 0:12:2] <= part[:, 1:12:2]).all(axis=1)]
+
+
 def shares_of(real: RealModel, chart: int, pose: Floats) -> Floats | None:
     """Return how much each length (n,) moves the root near a pose; None where too many parts are needed."""
     n = real.n_taut
@@ -170,7 +178,8 @@ class Cutting:
             found = run.roots[len(self.known) :]
             if not len(left):
                 return [[Piece(real, root)] for root in found]
-            cells = whole_cell(left)
+            # The zeros of the roots found must stay in the cells: nothing else brings them to the halves.
+            cells = whole_cell(np.concatenate([left, *(cells_of(root, cells) for root in found)]))
             start = found[0].core[:6].mean(axis=1) if found else start
         if cuts == MOST_CUTS or self.parts > MOST_PARTS:
             return None

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from fractions import Fraction
 
 import numpy as np
 
@@ -18,10 +17,7 @@ from cdpr_interval.mechanics.stability import Stability
 from cdpr_interval.robots.cable_robot import Robot
 from cdpr_interval.robots.numbers import Point
 from solvers.answers.data import Solution
-from solvers.questions.problem import Options, Problem
-from solvers.six_dof.cells.roots import Root
-from solvers.six_dof.over_pulleys import solution_of
-from solvers.six_dof.real.follow import Fault, Follower, Leg
+from solvers.six_dof.real.follow import Fault, Follower, Known, Leg
 from solvers.six_dof.real.leg import ENDS, HELD
 
 MOST_LEGS = 256
@@ -46,8 +42,11 @@ class Followed:
 class Tracking:
     """One pose of a robot under one force."""
 
-    def __init__(self, robot: Robot, force: Point, start: Solution) -> None:
-        self.robot, self.force = robot, force
+    def __init__(
+        self, robot: Robot, force: Point, start: Solution, judge: Callable[[Known], Stability]
+    ) -> None:
+        """Keep what it needs; ``judge`` says whether a pose of this robot under this force is stable."""
+        self.force, self._judge = force, judge
         self.verdict = OPEN
         """Where no proof fails the statics are regular, and the energy's inertia stays what it was."""
         self._follower = Follower(robot, force)
@@ -70,7 +69,9 @@ class Tracking:
             fault = self._begin(self._start, lengths)
             if fault.status != HELD:
                 return Followed(fault)
-            self._start, self.verdict = None, self._verdict()
+            assert follower.known is not None
+            # Whatever robot and force the start was solved for.
+            self._start, self.verdict = None, VERDICTS[self._judge(follower.known)]
         before = follower.known, follower.lengths
         try:
             share, legs, fault = follower.go(lengths, most=MOST_LEGS)
@@ -87,17 +88,6 @@ class Tracking:
     def fields(self, leg: Leg) -> Fields:
         """Return what a leg reports."""
         return fields_of(self.loaded, leg, self.verdict)
-
-    def _verdict(self) -> int:
-        """Return whether the pose is stable for this robot under this force, whatever the start was."""
-        known = self._follower.known
-        assert known is not None
-        lengths = tuple((Fraction(x), Fraction(x)) for x in known.middle.tolist())
-        problem = Problem(self.robot, lengths, external_force=self.force)
-        with balls.precision():
-            root = Root(known.chart, known.core, known.core, known.core)
-            found = solution_of(problem, Options(), known.taut, root)
-        return VERDICTS[found.stability] if isinstance(found, Solution) else OPEN
 
     def _begin(self, start: Solution, lengths: Bounds) -> Fault:
         """Start where the taut cables are as long as they are at the start, slack ones as they are to be."""

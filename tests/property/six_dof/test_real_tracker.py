@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -14,6 +15,7 @@ from cdpr_interval.mechanics.stability import Stability
 from cdpr_interval.robots.cable_robot import Robot
 from solvers import Tracker
 from solvers.answers.data import CableState
+from solvers.six_dof.over_pulleys import stability_at
 from solvers.six_dof.real.tracking import Tracking
 from solvers.winches.where import enclosed
 from tests.support.planted.pulleys import Floats, Planted, plant
@@ -150,7 +152,9 @@ def test_a_first_call_under_a_wrong_force_is_forgotten() -> None:
 
 def test_an_interrupted_way_leaves_the_pose_where_it_was(monkeypatch: pytest.MonkeyPatch) -> None:
     planted = plant(1, 5)
-    tracking = Tracking(robot_of(planted), NO_FORCE, start_of(planted, robot_of(planted), planted.lengths))
+    robot = robot_of(planted)
+    judge = partial(stability_at, robot, NO_FORCE)
+    tracking = Tracking(robot, NO_FORCE, start_of(planted, robot, planted.lengths), judge)
     follower = tracking._follower
     bounds = np.stack([planted.lengths, planted.lengths], axis=1)
     assert tracking.update(bounds).here is not None

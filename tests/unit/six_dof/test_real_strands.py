@@ -103,3 +103,23 @@ def around(middle: Floats, chart: int) -> Floats:
     cell[0, REAL_COLUMNS.chart] = chart
     cell[0, DENSITIES + 1 : REAL_COLUMNS.share : 2] = np.inf
     return cell
+
+
+@pytest.mark.slow
+def test_no_zero_of_a_cluster_is_lost_where_parts_go_on() -> None:
+    """Three zeros in one cluster, some of which are proved for parts that have cells left."""
+    run = RealSearch(grab33("0.0001"), Budget())
+    run.solve()
+    starts = [root.core.mean(axis=1) for root in run.roots if root.chart == 2]
+    assert len(starts) == 3
+    real = grab33("0.0006")
+    strands, _ = strands_in(
+        real, np.concatenate([around(z, 2) for z in starts]), [], Budget(cell_limit=400_000)
+    )
+    assert strands is not None
+    middle = real.lengths[:3].mean(axis=1)
+    held = [zero_at(real, 2, piece_at(strand, middle).root.box.mean(axis=1), middle)[0] for strand in strands]
+    for start in starts:
+        exact = zero_at(real, 2, start, middle)[0]
+        assert (exact[6:] > 0).all()
+        assert any(np.abs(exact - zero).max() < 1e-6 for zero in held)
