@@ -53,7 +53,8 @@ def build(
 ) -> RealModel:
     """Enclose the cables in the arrays of a ``RealModel``; the taut ones come first.
 
-    A search is faster where of these those come first that do not stretch.
+    A search is faster where of these those come first that do not stretch; with more than six taut cables it
+    needs them there.
     """
     exits, exits_err = _vectors([c.exit for c in cables])
     arms, arms_err = _vectors([c.arm for c in cables])

@@ -18,6 +18,7 @@ from cdpr_interval.engine.scratch import new_scratch
 from cdpr_interval.engine.search import Report, Run, search
 from cdpr_interval.kernels.lanes import LANES
 from cdpr_interval.kernels.second_order import WHOLE_POSE
+from cdpr_interval.mechanics.six_dof.rows import MOST_TAUT
 from solvers.six_dof.real.cells import RealContext, run
 from solvers.six_dof.real.columns import DENSITIES, REAL_COLUMNS
 from solvers.six_dof.real.model import RealModel
@@ -93,6 +94,9 @@ class RealSearch:
     stop: Stop = Stop.EXHAUSTED
 
     def __post_init__(self) -> None:
+        """Refuse what the tests on forms have no rows for; bound the cells of possible families."""
+        if self.real.n_taut > MOST_TAUT and self.real.rigid > MOST_TAUT:
+            raise ValueError("more than six taut cables: those behind the sixth must stretch")
         if self.most_cells is None and self.real.n_taut <= MOST_OF_FAMILY:
             self.most_cells = FAMILY_CELLS
 

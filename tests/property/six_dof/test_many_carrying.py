@@ -68,3 +68,9 @@ def test_a_small_cell_around_a_pose_is_settled(seed: int, count: int, rigid: int
     run.solve(cell)
     assert len(run.roots) == 1
     assert not run.pending and not len(run.undecided)
+
+
+def test_a_search_needs_stretching_cables_behind_the_sixth() -> None:
+    real = plant(0, 7).real([1e-3] * 6 + [0.0])
+    with pytest.raises(ValueError, match="must stretch"):
+        RealSearch(real, Budget())
