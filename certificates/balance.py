@@ -8,63 +8,72 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+import numpy as np
+
 from certificates.arithmetic import guess
-from certificates.arithmetic.forms import Form, Vector, combine, near, slopes, value
+from certificates.arithmetic.forms import Array, Vector
 from certificates.arithmetic.vectors import dot
-from certificates.cells import Place
+from certificates.cells import Place, slopes, stacked, usable
 
 TRIES = 3
 """Directions y tried on a cell: the one given, then such as suit the forms' radii."""
 
 
-class Wrench:
-    """One wrench over a cell: multiples of the equations that take out its slopes, value and slopes then."""
+class Wrenches:
+    """Wrenches over cells: multiples of the equations that take out their slopes, values and slopes then."""
 
-    def __init__(self, place: Place, wrench: Vector) -> None:
-        self.place, self.wrench = place, wrench
-        values = [value(f) for f in place.equations]
-        columns = list(zip(*place.slopes, strict=True))
-        given = [slopes(v, place.count) for v in wrench]
-        self.multipliers = [place.multipliers(v) for v in given]
-        pairs = list(zip(wrench, given, self.multipliers, strict=True))
-        self.value = [value(v) + guess.inner(m, values) for v, _, m in pairs]
-        self.slopes = [
-            [c + guess.inner(m, column) for c, column in zip(g, columns, strict=True)] for _, g, m in pairs
-        ]
+    def __init__(self, place: Place, wrenches: Sequence[Vector]) -> None:
+        self.place, self.wrenches = place, wrenches
+        values = stacked([f.doubles() for f in place.equations])
+        given = [slopes(w, place.count) for w in wrenches]
+        self.multipliers = [stacked([place.multipliers(v) for v in rows]) for rows in given]
+        """Of each wrench (6, equations, N)."""
+        pairs = list(zip(wrenches, self.multipliers, strict=True))
+        self.values = stacked(
+            [stacked([v.doubles() for v in w]) + np.einsum("wec,ec->wc", m, values) for w, m in pairs]
+        )
+        """(wrenches, 6, N)."""
+        self.slopes = stacked(
+            [
+                rows + np.einsum("wec,esc->wsc", m, place.slopes)
+                for rows, m in zip(given, self.multipliers, strict=True)
+            ]
+        )
+        """(wrenches, 6, symbols, N)."""
 
-    def slope(self, y: Sequence[float]) -> list[float]:
-        """Return the slopes of y . w for a constant y."""
-        return [guess.inner(y, column) for column in zip(*self.slopes, strict=True)]
+    def at(self, cells: Array) -> Wrenches:
+        """Return the same over some of the cells."""
+        return Wrenches(self.place.at(cells), [[v.at(cells) for v in w] for w in self.wrenches])
 
-    def lowest(self, y: Sequence[float], moving: Vector) -> int:
-        """Return a lower bound of y . w at solutions, y moving."""
-        weights = [guess.inner(y, m) for m in zip(*self.multipliers, strict=True)]
-        found: Form = dot(moving, self.wrench) + combine(weights, self.place.equations)
-        return found.lowest()
+    def following(self, y: Array, active: Array) -> Vector:
+        """Return y (6, N) with slopes that cancel those of its products with the active wrenches."""
+        left = -np.einsum("wc,iwsc->isc", y, self.slopes)
+        steps = usable(guess.least_norm(self.values, left, active))
+        return [self.place.kind.near(v, s) for v, s in zip(usable(y), steps, strict=True)]
 
-
-def unbalanced(place: Place, y: Sequence[float]) -> bool:
-    """Return True when no non-negative tensions balance the load at any solution; y is a first try."""
-    wrenches = [Wrench(place, w) for w in place.turned.wrenches(place.x)]
-    rows = [w.value for w in wrenches]
-    active = list(range(len(rows)))
-    for _ in range(TRIES):
-        moving = following([wrenches[i] for i in active], y)
-        if moving is None:
-            return False
-        low = [w.lowest(y, moving) for w in wrenches]
-        if min(low) > 0:
-            return True
-        radii = [guess.inner(y, row) - value(Form(v)) for v, row in zip(low, rows, strict=True)]
-        again = guess.direction(rows, radii)
-        if again is None:
-            return False
-        y, active = again
-    return False
+    def lowest(self, y: Array, moving: Vector) -> Array:
+        """Return lower bounds of y . w at solutions, y moving, (wrenches, N)."""
+        found = []
+        for wrench, multipliers in zip(self.wrenches, self.multipliers, strict=True):
+            weights = np.einsum("wc,wec->ec", usable(y), multipliers)
+            product = dot(moving, wrench) + self.place.kind.combine(weights, self.place.equations)
+            found.append(product.lowest())
+        return stacked(found)
 
 
-def following(wrenches: Sequence[Wrench], y: Sequence[float]) -> Vector | None:
-    """Return y with slopes that cancel those of its products with some wrenches."""
-    left = [[-v for v in w.slope(y)] for w in wrenches]
-    steps = guess.least_norm([w.value for w in wrenches], list(zip(*left, strict=True)))
-    return None if steps is None else [near(v, s) for v, s in zip(y, zip(*steps, strict=True), strict=True)]
+def unbalanced(place: Place, y: Array) -> Array:
+    """Return where no non-negative tensions balance the load at any solution; y (6, N) is a first try."""
+    wrenches = Wrenches(place, place.turned.wrenches(place.x))
+    active = np.ones((len(wrenches.values), y.shape[1]), dtype=bool)
+    found, left = np.zeros(y.shape[1], dtype=bool), np.arange(y.shape[1])
+    for attempt in range(TRIES):
+        low = wrenches.lowest(y, wrenches.following(y, active))
+        is_one = np.all(low > 0, axis=0)
+        found[left[is_one]] = True
+        if is_one.all() or attempt == TRIES - 1:
+            break
+        radii = np.einsum("wc,iwc->ic", y, wrenches.values) - (low / place.kind.UNIT).astype(float)
+        failing = np.flatnonzero(~is_one)
+        left, wrenches = left[failing], wrenches.at(failing)
+        y, active = guess.direction(wrenches.values, usable(radii[:, failing]))
+    return found

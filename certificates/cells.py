@@ -1,66 +1,57 @@
-"""One cell of the pose space: where the platform can be over it, and the tests that exclude it.
+"""Cells of the pose space, many at once: where the platform can be over them, and tests that exclude them.
 
-Each test is an inequality between forms over the cell. A multiple of an equation may be added to any form
-without changing its value at a solution; multipliers, directions y and their slopes are floats that only
-make the inequality likely.
+Each test is an inequality between forms over the cells, and says where it holds. A multiple of an equation
+may be added to any form without changing its value at a solution; multipliers, directions y and their slopes
+are doubles that only make the inequality likely.
 """
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
-from fractions import Fraction
+from copy import copy
+
+import numpy as np
 
 from certificates.arithmetic import guess
-from certificates.arithmetic.forms import (
-    ALONG,
-    BITS,
-    UNIT,
-    Form,
-    Vector,
-    between,
-    combine,
-    near,
-    slopes,
-    value,
-)
+from certificates.arithmetic.forms import ALONG, Array, Form, Vector
 from certificates.arithmetic.vectors import cross, dot
 from certificates.geometry import Turned
 
 
-def middles(turned: Turned) -> tuple[list[float], list[float], list[float]]:
-    """Return d_2, d_3 and (K_2, K_3) at the cell's centre."""
+def middles(turned: Turned) -> tuple[Array, Array, Array]:
+    """Return d_2, d_3 and (K_2, K_3) at the cells' centres."""
     (d2, k2), (d3, k3) = turned.pair
-    s = value(turned.s)
-    return [value(v) / s for v in d2], [value(v) / s for v in d3], [value(k2) / s, value(k3) / s]
+    s = turned.s.doubles()
+    a, b, right = ([v.doubles() / s for v in w] for w in (d2, d3, (k2, k3)))
+    return stacked(a), stacked(b), stacked([*right, s])[:2]
 
 
-def near_branch(turned: Turned, side: int) -> Vector | None:
+def near_branch(turned: Turned, side: int) -> Vector:
     """Return forms near the position on one side; a guess."""
+    kind, s = type(turned.s), turned.s.doubles()
     a, b, right = middles(turned)
     normal = guess.cross(a, b)
-    foot = guess.solve([a, b, normal], [[right[0]], [right[1]], [0.0]])
-    if foot is None:
-        return None
-    height = value(turned.platform.square) - sum(v[0] * v[0] for v in foot)
-    step = side * math.sqrt(max(0.0, height) / guess.inner(normal, normal))
-    x0 = [v[0] + step * w for v, w in zip(foot, normal, strict=True)]
-    s = value(turned.s)
-    across = [2.0 * v for v in x0] if height > 0.0 else normal
-    inverse = guess.inverse([across, [s * v for v in a], [s * v for v in b]])
-    if inverse is None:
-        return None
-    x = [near(v) for v in x0]
+    foot = guess.solve(np.stack([a, b, normal]), stacked([*right, 0.0 * right[0]])[:, None])[:, 0]
+    height = turned.platform.square.doubles() - sum(foot * foot)
+    meets = height > 0.0
+    x0 = foot + side * np.sqrt(np.maximum(0.0, height) / sum(normal * normal)) * normal
+    inverse = guess.inverse(np.stack([np.where(meets, 2.0 * x0, normal), s * a, s * b]))
+    x0, inverse = usable(x0), usable(inverse)
+    x = [kind.near(v) for v in x0]
     for degree in (1, 2):
         wrong = turned.lengths(x, turned.pair)
-        if not height > 0.0:
-            wrong[0] = Form(0)
-        x = [v - combine(row, wrong).upto(degree) for v, row in zip(x, inverse, strict=True)]
+        wrong[0] = wrong[0] * kind.near(meets.astype(float))
+        x = [v - kind.combine(row, wrong).upto(degree) for v, row in zip(x, inverse, strict=True)]
     return [v.upto(2) for v in x]
 
 
-def on_branch(turned: Turned, side: int) -> Vector | None:
-    """Return forms that enclose every position on one side over the cell, or None.
+def usable(guesses: Array) -> Array:
+    """Return guesses, 0 where there are none."""
+    return np.where(np.isfinite(guesses), guesses, 0.0)
+
+
+def on_branch(turned: Turned, side: int) -> tuple[Vector, Array]:
+    """Return forms that enclose every position on one side over the cells, and where they do.
 
     With d_2, d_3 and m = d_2 x d_3 every position is x = y + alpha d_2 + beta d_3 + tau m for any y. The
     linear equations bound alpha and beta: G (alpha, beta) = -(r_2, r_3) with G the scalar products of d_2
@@ -69,169 +60,167 @@ def on_branch(turned: Turned, side: int) -> Vector | None:
     |l^2 - |w|^2| / h. Where it is at least -g, |m . y + m . x| >= |tau| |m|^2 - 2 g, so |tau| <= q +
     sqrt(q^2 + |l^2 - |w|^2| / |m|^2) with q = g / |m|^2.
     """
-    y = near_branch(turned, side)
-    if y is None:
-        return None
+    kind, y = type(turned.s), near_branch(turned, side)
     (d2, k2), (d3, k3) = turned.pair
     m = cross(d2, d3)
     straight = [v.upto(1) for v in m]
-    normal = [Form(v.value) for v in straight]
+    normal = [v.upto(0) for v in m]
     # |m| >= m . n / |n| for any n.
-    square = max(0, dot(m, normal).lowest()) ** 2 // dot(normal, normal).highest()
-    within = in_plane(d2, d3, [dot(d2, y) - k2, dot(d3, y) - k3]) if square > 0 else None
-    if within is None:
-        return None
-    rest = [product(v.size(), within[0]) + product(w.size(), within[1]) for v, w in zip(d2, d3, strict=True)]
-    w = [v + Form(0, rest=r) for v, r in zip(y, rest, strict=True)]
+    square = kind.square_quotient(np.maximum(0, dot(m, normal).lowest()), dot(normal, normal).highest())
+    alpha, beta, holds = in_plane(d2, d3, [dot(d2, y) - k2, dot(d3, y) - k3])
+    rest = [kind.bound([(v.size(), alpha), (w.size(), beta)]) for v, w in zip(d2, d3, strict=True)]
+    w = [v + kind.unknown(r) for v, r in zip(y, rest, strict=True)]
     wrong, height = (dot(w, w) - turned.platform.square).size(), (side * dot(m, y)).lowest()
-    below = quotient(max(0, -height), square)
-    tau = below + math.isqrt(below * below + quotient(wrong, square) * UNIT) + 1
-    tau = min(tau, quotient(wrong, height)) if height > 0 else tau
-    along = Form(0, [0] * ALONG + [tau])
-    bent = [product(tau, (v - u).size()) for v, u in zip(m, straight, strict=True)]
-    x = [v + along * u + Form(0, rest=r) for v, u, r in zip(w, straight, bent, strict=True)]
-    return [x[0], Form(0), x[2]] if turned.platform.planar else x
+    below, share = kind.quotient(np.maximum(0, -height), square), kind.quotient(wrong, square)
+    tau = below + kind.root(kind.bound([(below, below)], share))
+    tau = kind.bound([], np.where(height > 0, np.minimum(tau, kind.quotient(wrong, height)), tau))
+    along = kind.unknown(tau, ALONG)
+    bent = [kind.bound([(tau, (v - u).size())]) for v, u in zip(m, straight, strict=True)]
+    x = [v + along * u + kind.unknown(r) for v, u, r in zip(w, straight, bent, strict=True)]
+    return ([x[0], kind.constant(0), x[2]] if turned.platform.planar else x), holds & (square > 0)
 
 
-def product(a: int, b: int) -> int:
-    """Return a bound of the product of two bounds, in units."""
-    return (a * b >> BITS) + 1
-
-
-def quotient(a: int, b: int) -> int:
-    """Return a bound of a / b, in units, of a bound a >= 0 and a lower bound b > 0."""
-    return (a << BITS) // b + 1
-
-
-def in_plane(d2: Vector, d3: Vector, wrong: Sequence[Form]) -> list[int] | None:
-    """Return bounds of |alpha| and |beta| with G (alpha, beta) = -wrong, or None.
+def in_plane(d2: Vector, d3: Vector, wrong: Sequence[Form]) -> tuple[Array, Array, Array]:
+    """Return bounds of |alpha| and |beta| with G (alpha, beta) = -wrong, and where they hold.
 
     With C near the inverse of G: v bounds the solution when |C wrong| + |I - C G| v <= v.
     """
     mixed = dot(d2, d3)
     gram = [[dot(d2, d2), mixed], [mixed, dot(d3, d3)]]
-    inverse = guess.inverse([[value(g) for g in row] for row in gram])
-    if inverse is None:
-        return None
-    return contained([combine(row, wrong).size() for row in inverse], deviation(inverse, gram))
+    inverse = usable(guess.inverse(doubles(gram)))
+    first = [type(mixed).combine(row, wrong).size() for row in inverse]
+    (alpha, beta), holds = contained(type(mixed), first, deviation(inverse, gram))
+    return alpha, beta, holds
 
 
-def deviation(inverse: Sequence[Sequence[float]], matrix: Sequence[Sequence[Form]]) -> list[list[int]]:
+def doubles(matrix: Sequence[Sequence[Form]]) -> Array:
+    """Return doubles near the values of a matrix of forms, (n, m, N)."""
+    flat = np.broadcast_arrays(*(v.doubles() for row in matrix for v in row))
+    return np.stack(flat).reshape(len(matrix), -1, len(flat[0]))
+
+
+def deviation(inverse: Array, matrix: Sequence[Sequence[Form]]) -> list[list[Array]]:
     """Return bounds of the entries of |C J - I|."""
+    columns = list(zip(*matrix, strict=True))
+    combine = type(matrix[0][0]).combine
     return [
-        [(combine(row, column) - int(i == j)).size() for j, column in enumerate(zip(*matrix, strict=True))]
+        [(combine(row, column) - int(i == j)).size() for j, column in enumerate(columns)]
         for i, row in enumerate(inverse)
     ]
 
 
-def contained(first: Sequence[int], error: Sequence[Sequence[int]]) -> list[int] | None:
-    """Return v > 0 with first + error v < v, or None.
+def contained(kind: type[Form], first: Sequence[Array], error: list[list[Array]]) -> tuple[Array, Array]:
+    """Return v > 0 with first + error v < v, and where it is one.
 
     Then the spectral radius of error is below 1, and z <= first + error z implies z <= v.
     """
-    n = len(first)
-    matrix = [[float(i == j) - error[i][j] / UNIT for j in range(n)] for i in range(n)]
-    found = guess.solve(matrix, [[(1.01 * f + 4 * n) / UNIT] for f in first])
-    if found is None:
-        return None
-    v = [int(f[0] * UNIT) + 1 for f in found]
-    image = [f + sum(map(product, row, v)) for f, row in zip(first, error, strict=True)]
-    return v if all(x > 0 and new < x for x, new in zip(v, image, strict=True)) else None
+    n, flat = len(first), np.broadcast_arrays(*first, *(e for row in error for e in row))
+    found = (np.stack(flat) / kind.UNIT).astype(float)
+    matrix = np.eye(n)[:, :, None] - found[n:].reshape(n, n, -1)
+    v = guess.solve(matrix, 1.01 * found[:n, None] + 1e-17)[:, 0]
+    is_one = np.all((v > 0.0) & (v < 1e100), axis=0)
+    v = kind.numbers(np.where(is_one, v, 1.0))
+    for f, row, x in zip(first, error, v, strict=True):
+        is_one = is_one & (kind.bound(list(zip(row, v, strict=True)), f) < x)
+    return v, is_one
 
 
 RIDGES = (0.0, 1e-12, 1e-8, 1e-5)
 """Added to the products of two centres, over their sum: of parallel ones the best weights are large."""
 
 
-def no_position(turned: Turned) -> bool:
-    """Return True when the first three spheres have no common point over the cell.
+def no_position(turned: Turned) -> Array:
+    """Return where the first three spheres have no common point over the cells.
 
     A common point has K = d . x <= l_1 |d|, and with any weights g, h 0 <= |x + g d_2 + h d_3|^2 = l_1^2 +
     |g d_2 + h d_3|^2 + 2 (g K_2 + h K_3).
     """
     (d2, k2), (d3, k3) = turned.pair
-    square = turned.platform.square
-    if any((k * k - dot(d, d) * square).lowest() > 0 for d, k in turned.pair):
-        return True
+    square, kind, s = turned.platform.square, type(turned.s), turned.s
+    apart = [(k * k - dot(d, d) * square).lowest() > 0 for d, k in turned.pair]
+    found = apart[0] | apart[1]
     a, b, right = middles(turned)
-    products = [[guess.inner(v, w) for w in (a, b)] for v in (a, b)]
-    s = turned.s
+    products = guess.products(np.stack([a, b]), np.stack([a, b]))
     for ridge in RIDGES:
-        more = ridge * (products[0][0] + products[1][1])
-        (aa, ab), (_, bb) = products
-        raised = [[aa + more, ab], [ab, bb + more]]
-        weights = guess.solve(raised, [[-k] for k in right])
-        if weights is None:
-            continue
-        gh = [w[0] for w in weights]
-        mixed = [combine(gh, pair) for pair in zip(d2, d3, strict=True)]
-        gap = s * s * square + dot(mixed, mixed) + 2 * s * combine(gh, [k2, k3])
-        if gap.highest() < 0:
-            return True
-    return False
+        if found.all():
+            break
+        raised = products + ridge * (products[0, 0] + products[1, 1]) * np.eye(2)[:, :, None]
+        gh = usable(guess.solve(raised, -right[:, None])[:, 0])
+        between = [kind.combine(gh, pair) for pair in zip(d2, d3, strict=True)]
+        gap = s * s * square + dot(between, between) + 2 * s * kind.combine(gh, [k2, k3])
+        found = found | (gap.highest() < 0)
+    return found
 
 
 class Place:
-    """A cell with an enclosure of the position: what the equations can take out of other forms."""
+    """Cells with an enclosure of the position: what the equations can take out of other forms."""
 
     def __init__(self, turned: Turned, x: Vector, on_branch: bool) -> None:
-        self.turned, self.x = turned, x
+        self.turned, self.x, self.kind = turned, x, type(turned.s)
         self.count = ALONG + 1 if on_branch else 6
         """Symbols: u, then the distance along the normal of the centres from a guess, or x."""
         # On a branch the second and third length only say again how the position follows u.
         self.equations = turned.lengths(x, turned.lines[2 if on_branch else 0 :])
-        self.slopes = [slopes(f, self.count) for f in self.equations]
+        self.slopes = slopes(self.equations, self.count)
+        """(equations, symbols, N)."""
         self.columns = guess.pivots(self.slopes)
-        full = len(self.columns) == len(self.equations)
-        self.inverse = (
-            guess.inverse([[row[k] for row in self.slopes] for k in self.columns]) if full else None
+        """(equations, N)."""
+        at = np.maximum(self.columns, 0)[None]
+        at = np.broadcast_to(at, (len(self.equations), *self.columns.shape))
+        found = guess.inverse(np.swapaxes(np.take_along_axis(self.slopes, at, axis=1), 0, 1))
+        is_one = np.all(self.columns >= 0, axis=0) & np.all(np.isfinite(found), axis=(0, 1))
+        self.inverse = np.where(is_one, found, 0.0)
+        """(equations, pivots, N), of the slopes in the pivots; 0 where there is none."""
+
+    def at(self, cells: Array) -> Place:
+        """Return the same over some of the cells."""
+        found = copy(self)
+        found.equations = [f.at(cells) for f in self.equations]
+        found.slopes, found.columns, found.inverse = (
+            v[..., cells] for v in (self.slopes, self.columns, self.inverse)
         )
+        return found
 
-    def multipliers(self, slope: Sequence[float]) -> list[float]:
-        """Return multiples of the equations that cancel slopes in the pivots."""
-        if self.inverse is None:
-            return [0.0] * len(self.equations)
-        return [-guess.inner(row, [slope[k] for k in self.columns]) for row in self.inverse]
+    def multipliers(self, slope: Array) -> Array:
+        """Return multiples (equations, N) of the equations that cancel slopes (symbols, N) in the pivots."""
+        wide = np.broadcast_to(slope, (self.count, self.columns.shape[1]))
+        wanted = np.take_along_axis(wide, np.maximum(self.columns, 0), axis=0)
+        return -np.einsum("ekc,kc->ec", self.inverse, wanted)
 
-    def freed(self, form: Form) -> Form:
-        """Return a form of the same value at solutions without slopes in the pivots."""
-        return form + combine(self.multipliers(slopes(form, self.count)), self.equations)
+    def positive(self, form: Form) -> Array:
+        """Return where a form is positive at every solution in the cells."""
+        freed = form + self.kind.combine(self.multipliers(form.slope_doubles(self.count)), self.equations)
+        return (form.lowest() > 0) | (freed.lowest() > 0)
 
-    def positive(self, form: Form) -> bool:
-        """Return True when a form is positive at every solution in the cell."""
-        return form.lowest() > 0 or self.freed(form).lowest() > 0
+    def no_length(self) -> Array:
+        """Return where the taut cables cannot all have their lengths in the cells."""
+        rows = [self.kind.combine(weights, self.equations) for weights in np.swapaxes(self.inverse, 0, 1)]
+        found = [f.has_no_zero() for f in [*self.equations, *rows]]
+        return np.any(stacked(found), axis=0)
 
-    def no_length(self) -> bool:
-        """Return True when the taut cables cannot all have their lengths in the cell."""
-        if any(f.has_no_zero() for f in self.equations):
-            return True
-        combined = zip(*(self.inverse or ()), strict=True)
-        return any(combine(weights, self.equations).has_no_zero() for weights in combined)
-
-    def kept(self, k: int, lo: float, hi: float) -> tuple[Fraction, Fraction] | None:
-        """Return bounds of the entry k of (u, x) at all solutions, its bounds being lo, hi; None: no others.
+    def cut_to(self, k: int, old: Array, new: Array) -> Array:
+        """Return where the entry k of (u, x), with old bounds (2, N), lies within new ones at all solutions.
 
         A combination c + a e_k + rest of the equations that vanishes there puts the symbol e_k within (-c
         +- |rest|) / a.
         """
-        if k not in self.columns or self.inverse is None:
-            return None
-        pivot = self.columns.index(k)
-        form = combine([row[pivot] for row in self.inverse], self.equations)
-        c, a = form.value, form.slopes[k]
-        rest = form.change() - abs(a)
-        if not a > 0:
-            return None
-        entry = between(lo, hi, k)
-        middle, radius = Fraction(entry.value, UNIT), Fraction(entry.slopes[k], UNIT * a)
-        return middle - radius * (c + rest), middle - radius * (c - rest)
+        is_pivot = self.columns == k
+        weights = np.einsum("kc,ekc->ec", is_pivot.astype(float), self.inverse)
+        form, entry = self.kind.combine(weights, self.equations), self.kind.between(*old, k)
+        a, radius = form.slopes[k], entry.slopes[k]
+        rest, low, high = form.change() - abs(a), self.kind.numbers_up(new[0]), self.kind.numbers(new[1])
+        # The entry is at least middle - radius (c + rest) / a and at most middle + radius (rest - c) / a.
+        above = self.kind.exceeds(a, entry.value - low, radius, rest + form.value)
+        below = self.kind.exceeds(a, high - entry.value, radius, rest - form.value)
+        found = (is_pivot.any(axis=0)) & (a > 0)
+        return (found & above | (new[0] == old[0])) & (found & below | (new[1] == old[1]))
 
-    def cut_to(self, k: int, old: tuple[float, float], new: tuple[float, float]) -> bool:
-        """Return True when the entry k of (u, x), with old bounds, lies within new ones at all solutions."""
-        found = self.kept(k, *old)
-        if found is None:
-            return new == old
-        return all(
-            o == n or (Fraction(n) - f) * side <= 0
-            for o, n, f, side in zip(old, new, found, (1, -1), strict=True)
-        )
+
+def slopes(forms: Sequence[Form], count: int) -> Array:
+    """Return doubles near the slopes of forms by ``count`` symbols, (forms, symbols, N)."""
+    return stacked([f.slope_doubles(count) for f in forms])
+
+
+def stacked(arrays: Sequence[Array]) -> Array:
+    """Return arrays as one, each with an entry for every cell."""
+    return np.stack(np.broadcast_arrays(*arrays))

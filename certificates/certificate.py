@@ -22,9 +22,6 @@ from certificates.subsets import Kind, classify, examined
 from certificates.tree import Leaf
 from certificates.verdicts import Malformed, NotProved
 
-Cell = tuple[int, int, Leaf]
-"""The place of a cell in its subset, its search, the cell."""
-
 
 class Certificate:
     """A certificate that was read, but for the proofs in it: the bytes of a file, or its document."""
@@ -70,9 +67,9 @@ class Certificate:
         backed, cells = check_all_roots(searches, self.solutions), searches.tally()
         return backed, cells.leaves, pending + cells.pending, cells.undecided
 
-    def cells(self, k: int) -> Iterator[Cell]:
-        """Yield the cells of a subset."""
-        yield from ((place, *found) for place, found in enumerate(self.searches(k).leaves()))
+    def leaves(self, k: int) -> Iterator[tuple[int, Leaf]]:
+        """Yield the search and the leaf of each cell of a subset."""
+        yield from self.searches(k).leaves()
 
 
 @contextmanager

@@ -6,22 +6,28 @@ import random
 import secrets
 import time
 from bisect import bisect_left
-from collections.abc import Callable, Container, Iterator, Sequence
+from collections import defaultdict
+from collections.abc import Callable, Container, Iterable, Iterator, Sequence
 from dataclasses import replace
 from functools import partial
-from itertools import islice
 from pathlib import Path
+
+import numpy as np
 
 from certificates import clock
 from certificates.apart import is_decided, require_apart
 from certificates.certificate import Certificate, about
 from certificates.container import load
+from certificates.leaves import Cells, kind_of
 from certificates.processes import Chunk, in_turn, together
 from certificates.reasons import reasons
+from certificates.tree import Leaf
 from certificates.verdicts import Malformed, NotProved, Report, Verdict, counted
 
-CHUNK = 16
-"""Cells that are checked in one go."""
+CHUNK = 4096
+"""Cells of one kind that are checked in one go, and one shown as progress."""
+TWICE, SHARE = 32, 100
+"""So many cells, and one of so many, are checked in both arithmetics."""
 Results = Iterator[tuple[int, int]]
 """How many cells were checked, in how many parts."""
 
@@ -45,7 +51,8 @@ def check(
     sample
         Check so many cells, chosen at random, instead of all.
     seed
-        Draws the same sample again; without one the system draws, so that no writer of a file knows which.
+        Draws again the same sample, and the same cells to be checked in both arithmetics; without one the
+        system draws, so that no writer of a file knows which.
     threads
         Number of processes. With more than one a script must call this under ``if __name__ == "__main__"``.
     time_limit
@@ -69,9 +76,8 @@ def check(
     ('PROVED', True, 8)
     """
     start = time.monotonic()
-    report = Report(Verdict.NOT_PROVED, "", False, 0, 0, 0, 0, 0, 0, 0, 0.0)
-    if sample is not None:
-        report = replace(report, chosen=sample, seed=secrets.randbits(32) if seed is None else seed)
+    drawn = secrets.randbits(32) if seed is None else seed
+    report = Report(Verdict.NOT_PROVED, "", False, 0, 0, 0, 0, 0, 0, 0, 0.0, drawn, chosen=sample)
     try:
         with clock.seconds(time_limit):
             content = path if isinstance(path, bytes) else load(path, size_limit)
@@ -117,13 +123,14 @@ def reports(
     for k in sorted({*range(len(solutions))} - backed):
         raise NotProved(f"solution {k + 1} is backed by no proof")
     require_apart(certificate.problem, solutions)
-    chosen = None
-    if report.wanted < report.leaves:
-        chosen = sorted(random.Random(report.seed).sample(range(report.leaves), report.wanted))
-    for checked, parts in run(chunks(certificate, cells, chosen)):
+    generator = random.Random(report.seed)
+    chosen = sorted(generator.sample(range(report.leaves), report.wanted))
+    twice = generator.sample(chosen, min(len(chosen), max(TWICE, len(chosen) // SHARE)))
+    for checked, parts in run(chunks(certificate, cells, chosen, set(twice))):
         report = replace(report, checked=report.checked + checked, parts=report.parts + parts)
         yield report
         clock.in_time()
+    report = replace(report, twice=len(twice))
     report = replace(report, reasons=tuple(reasons(certificate, report.pending, report.undecided)))
     text, complete = summary(certificate, report.pending, report.undecided)
     if report.checked == report.leaves:
@@ -134,18 +141,31 @@ def reports(
         yield replace(report, verdict=Verdict.SAMPLED, message=text)
 
 
-def chunks(certificate: Certificate, cells: Sequence[int], chosen: Sequence[int] | None) -> Iterator[Chunk]:
-    """Yield the cells of all subsets, of which there are so many each, or those chosen of them, in order."""
+def chunks(
+    certificate: Certificate, cells: Sequence[int], chosen: Sequence[int], twice: Container[int]
+) -> Iterator[Chunk]:
+    """Yield the chosen cells of all subsets, of which there are so many each, those of one kind together."""
     first = 0
     for k, count in enumerate(cells):
-        wanted: Container[int] = range(count)
-        if chosen is not None:
-            own = chosen[bisect_left(chosen, first) : bisect_left(chosen, first + count)]
-            wanted = {i - first for i in own}
+        wanted = {i - first for i in chosen[bisect_left(chosen, first) : bisect_left(chosen, first + count)]}
+        found = certificate.leaves(k) if wanted else ()
+        leaves = ((i, *leaf) for i, leaf in enumerate(found) if i in wanted)
+        for place, some in alike(leaves):
+            places = np.array([i for i, _ in some])
+            marked = np.array([first + i in twice for i in places])
+            yield k, place, Cells.of([leaf for _, leaf in some], places), marked
         first += count
-        found = (cell for cell in certificate.cells(k) if cell[0] in wanted) if wanted else iter(())
-        while part := list(islice(found, CHUNK)):
-            yield k, part
+
+
+def alike(leaves: Iterable[tuple[int, int, Leaf]]) -> Iterator[tuple[int, list[tuple[int, Leaf]]]]:
+    """Yield searches, and leaves with their numbers that can be checked together."""
+    waiting: dict[tuple[int, ...], list[tuple[int, Leaf]]] = defaultdict(list)
+    for i, place, leaf in leaves:
+        some = waiting[place, *kind_of(leaf)]
+        some.append((i, leaf))
+        if len(some) == CHUNK:
+            yield place, waiting.pop((place, *kind_of(leaf)))
+    yield from ((kind[0], some) for kind, some in waiting.items())
 
 
 def summary(certificate: Certificate, pending: int, undecided: int) -> tuple[str, bool]:

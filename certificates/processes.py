@@ -13,11 +13,13 @@ from contextlib import contextmanager
 from itertools import chain, islice
 
 from certificates import clock
-from certificates.certificate import Cell, Certificate, about
+from certificates.arithmetic.forms import Array
+from certificates.certificate import Certificate, about
+from certificates.leaves import Cells
 from certificates.searches import Searches
 
-Chunk = tuple[int, list[Cell]]
-"""A subset, and some of its cells."""
+Chunk = tuple[int, int, Cells, Array]
+"""A subset, its search, some cells of one kind, and which of them are looked at twice."""
 AHEAD = 4
 """Chunks that wait for each process."""
 
@@ -31,22 +33,18 @@ class Worker:
 
     def check(self, chunk: Chunk) -> int:
         """Check some cells; return the number of parts it took."""
-        k, cells = chunk
-        parts = 0
+        k, place, cells, twice = chunk
         with about(self.certificate.name(k)):
             if self.at is None or self.at[0] != k:
                 self.at = k, self.certificate.searches(k)
-            for place, search, leaf in cells:
-                with about(f"cell {place + 1}"):
-                    parts += self.at[1].check((search, leaf))
-        return parts
+            return self.at[1].check(place, cells, twice)
 
 
 def in_turn(certificate: Certificate, chunks: Iterator[Chunk]) -> Iterator[tuple[int, int]]:
     """Yield the size of each chunk, and the number of parts, once it is checked."""
     one = Worker(certificate)
     for chunk in chunks:
-        yield len(chunk[1]), one.check(chunk)
+        yield len(chunk[2]), one.check(chunk)
 
 
 def together(
@@ -66,7 +64,7 @@ def together(
     try:
         for chunk in chunks:
             with undisturbed():
-                sizes[pool.submit(work, chunk)] = len(chunk[1])
+                sizes[pool.submit(work, chunk)] = len(chunk[2])
             while len(sizes) >= AHEAD * count:
                 yield from ended(sizes)
         while sizes:

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from itertools import combinations
 
+import numpy as np
 from flint import arb, arb_mat
 
 from certificates.arithmetic.balls import column, hull, norm, unit
-from certificates.arithmetic.forms import box_forms, enclosing, units
+from certificates.arithmetic.floats import Floats
 from certificates.arithmetic.jets import Jet
 from certificates.claims import Pose, check_pose, spoke
 from certificates.clock import in_time
@@ -29,6 +30,7 @@ def check_roots(search: Search, solutions: list[Listed]) -> set[int]:
     """Check the roots of one search; return the solutions they prove."""
     found: set[int] = set()
     families: list[tuple[Root, Pose]] = []
+    require_one_zero_at_most(search)
     for root in search.roots:
         in_time()
         pose = check_root(search, root, solutions)
@@ -95,11 +97,18 @@ def shown(search: Search, pose: Pose, chart: int) -> Pose | None:
     return turned(pose, pose.centre, pose.rotation * column(unit(arm)), -sign * angle)
 
 
+def require_one_zero_at_most(search: Search) -> None:
+    """Raise NotProved unless every root's box holds one pose at most."""
+    for chart in range(4):
+        boxes = [root.box for root in search.roots if root.chart == chart]
+        in_time()
+        if boxes and not search.system(chart).has_one_zero_at_most(np.moveaxis(np.array(boxes), 0, -1)).all():
+            raise NotProved("a root's box is not proved to hold at most one pose")
+
+
 def check_root(search: Search, root: Root, solutions: list[Listed]) -> Pose:
     """Check a root and what is listed of its pose; return this pose."""
     system = search.system(root.chart)
-    if not system.has_one_zero_at_most(box_forms(root.box)):
-        raise NotProved("a root's box is not proved to hold at most one pose")
     zero = system.zero_near([(lo + hi) / 2 for lo, hi in root.box])
     where = [v.value if isinstance(v, Jet) else v for v in system.jets(zero.entries())[:6]]
     if not search.lies_in(where, root):
@@ -152,9 +161,9 @@ def check_alone(search: Search, root: Root, listed: Listed) -> None:
         raise NotProved("a solution's box is not proved to hold one pose only")
     if not search.setting.planar:
         return
-    found = search.system(root.chart).tensions([enclosing(v) for v in where])
+    t, radii, holds = search.system(root.chart).tensions([Floats.enclosing(v) for v in where])
     decided = [k for k, i in enumerate(search.order) if listed.states[i] != "undecided"]
-    if found is None or any(abs(units(found[0][k])) <= found[1][k] for k in decided):
+    if not (holds.all() and all(abs(t[k, 0]) > radii[k, 0] for k in decided)):
         raise NotProved("a solution's box may hold poses at which a cable carries nothing")
 
 

@@ -6,29 +6,21 @@ balance. For six taut cables the lengths alone fix the pose, and t follows.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
+import numpy as np
 from flint import arb, arb_mat
 
 from certificates import newton
 from certificates.arithmetic import guess
 from certificates.arithmetic.balls import column
-from certificates.arithmetic.forms import (
-    PLACE,
-    TENSION,
-    TURN,
-    UNIT,
-    Form,
-    combine,
-    enclosing,
-    near,
-    units,
-    value,
-)
+from certificates.arithmetic.floats import Floats
+from certificates.arithmetic.forms import PLACE, TENSION, TURN, Array, Form, Vector
+from certificates.arithmetic.integers import Integers
 from certificates.arithmetic.jets import Jet
 from certificates.arithmetic.vectors import dot, minus
-from certificates.cells import contained, deviation
+from certificates.cells import contained, deviation, doubles, stacked, usable
 from certificates.frames import Setting
 from certificates.geometry import Platform, Turned
 from certificates.newton import Zero
@@ -38,9 +30,10 @@ from certificates.verdicts import NotProved
 class System:
     """The equations of one search in one chart."""
 
-    def __init__(self, setting: Setting, platform: Platform, chart: int) -> None:
-        self.setting, self.platform, self.chart = setting, platform, chart
-        self.forms = platform.mapped(enclosing)
+    def __init__(
+        self, setting: Setting, platform: Platform, over: Callable[[type[Form]], Platform], chart: int
+    ) -> None:
+        self.setting, self.platform, self.over, self.chart = setting, platform, over, chart
         frozen = setting.frozen(chart) or ()
         self.unknowns = [TURN + k for k in range(3) if k not in frozen]
         self.unknowns += [PLACE + k for k in range(3) if not (setting.planar and k == 1)]
@@ -70,45 +63,52 @@ class System:
             return [*found, *left[:3], *(dot(left[3:], [row[k] for row in turned.rotation]) for k in (0, 1))]
         return [*found, *left]
 
-    def tensions(self, box: Sequence[Form]) -> tuple[list[float], list[int]] | None:
-        """Return middles, and radii, of every t that balances the load somewhere in a box of (u, x), or None.
+    def tensions(self, box: Vector) -> tuple[Array, Array, Array]:
+        """Return middles, and radii, of every t that balances the load somewhere in boxes of (u, x).
 
-        With L near a left inverse of the wrenches W: t - t_0 = -L (W t_0 + w_0) - (L W - I)(t - t_0).
+        Doubles (n, N), bounds (n, N), and where these are right. With L near a left inverse of the wrenches
+        W: t - t_0 = -L (W t_0 + w_0) - (L W - I)(t - t_0).
         """
-        *wrenches, load = Turned(self.forms, self.chart, box[:3]).wrenches(list(box[3:]))
-        columns = [[value(v) for v in w] for w in wrenches]
-        L = guess.solve(guess.gram(columns), columns)
-        if L is None:
-            return None
-        t = [-guess.inner(row, [value(v) for v in load]) for row in L]
+        kind = type(box[0])
+        *wrenches, load = Turned(self.over(kind), self.chart, box[:3]).wrenches(box[3:])
+        columns = stacked([stacked([v.doubles() for v in w]) for w in [*wrenches, load]])
+        columns, right = columns[:-1], columns[-1]
+        L = usable(guess.solve(guess.gram(columns, np.ones((len(columns), right.shape[-1]), bool)), columns))
+        t = -np.einsum("ikc,kc->ic", L, right)
         rows = list(zip(*wrenches, strict=True))
-        rest = [f + combine(t, row) for f, row in zip(load, rows, strict=True)]
-        bound = contained([combine(row, rest).size() for row in L], deviation(L, rows))
-        return None if bound is None else (t, bound)
+        rest = [f + kind.combine(t, row) for f, row in zip(load, rows, strict=True)]
+        bound, holds = contained(kind, [kind.combine(row, rest).size() for row in L], deviation(L, rows))
+        return t, bound, holds
 
-    def has_one_zero_at_most(self, box: Sequence[Form]) -> bool:
-        """Return True when a box of (u, x) holds at most one zero, whatever its tensions.
+    def has_one_zero_at_most(self, bounds: Array) -> Array:
+        """Return which boxes (6, 2, N) of (u, x) hold at most one zero, whatever its tensions.
 
         Two zeros z, z' in a box have |z - z'| <= |C J - I| |z - z'| with J the derivatives over the box.
         """
-        z = list(box)
+        with np.errstate(all="ignore"):
+            found = self.one_zero(bounds, Floats)
+            return found if found.all() else found | self.one_zero(bounds, Integers)
+
+    def one_zero(self, bounds: Array, kind: type[Form]) -> Array:
+        """Return the same, as one arithmetic shows it."""
+        z: Vector = [kind.between(lo, hi, k) for k, (lo, hi) in enumerate(bounds)]
+        holds = np.ones(bounds.shape[-1], dtype=bool)
         if self.balanced:
-            tensions = self.tensions(box)
-            if tensions is None:
-                return False
-            numbered = enumerate(zip(*tensions, strict=True), TENSION)
-            z += [Form(units(t), [0] * k + [r]) for k, (t, r) in numbered]
-        found = self.equations(self.forms, [z[k] for k in self.unknowns], apart=False)
-        J = [[f.slopes.get(k, Form(0)) for k in range(len(found))] for f in found]
-        C = guess.inverse([[value(v) for v in row] for row in J])
-        return C is not None and contained([UNIT] * len(C), deviation(C, J)) is not None
+            middles, radii, holds = self.tensions(z)
+            numbered = enumerate(zip(middles, radii, strict=True), TENSION)
+            z += [kind.near(t) + kind.unknown(r, k) for k, (t, r) in numbered]
+        found = self.equations(self.over(kind), [z[k] for k in self.unknowns], apart=False)
+        J = [[f.slopes.get(k, kind.constant(0)) for k in range(len(found))] for f in found]
+        C = usable(guess.inverse(doubles(J)))
+        first = [kind.numbers(np.ones(1))] * len(C)
+        return holds & contained(kind, first, deviation(C, J))[1]
 
     def zero_near(self, middle: Sequence[float]) -> Zero:
         """Enclose a zero's unknowns, found by Newton from (u, x); raise NotProved where that fails."""
-        start = self.tensions([near(v) for v in middle])
-        if start is None:
+        t, _, holds = self.tensions([Floats.constant(v) for v in middle])
+        if not holds.all():
             raise NotProved("no tensions near a root's middle")
-        z = [arb(v) for v in [*middle, *start[0]]]
+        z = [arb(v) for v in [*middle, *t[:, 0].tolist()]]
 
         def system(x: list[arb], axes: arb_mat) -> tuple[arb_mat, arb_mat]:
             """Return the values of the equations and their slopes along axes."""

@@ -5,17 +5,18 @@ from __future__ import annotations
 import base64
 import binascii
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
+import numpy as np
 from flint import arb, arb_mat, ctx, fmpq
 
 from certificates.arithmetic.balls import BITS, column
-from certificates.arithmetic.forms import enclosing
+from certificates.arithmetic.forms import Array, Form, Vector
 from certificates.frames import Setting
-from certificates.geometry import HALF_TURNS
+from certificates.geometry import HALF_TURNS, Platform
 from certificates.literals import bounds_of, entry_of, index_of, list_of
 from certificates.problem import Problem
 from certificates.roots import System
@@ -35,10 +36,14 @@ class Root:
     box: Bounds
     pose: int | None
 
-    def holds(self, chart: int, entries: Iterable[tuple[Any, Any]]) -> bool:
-        """Return True when bounds of (u, x) lie in the box."""
-        within = (lo <= a and b <= hi for (a, b), (lo, hi) in zip(entries, self.box, strict=True))
-        return self.chart == chart and all(within)
+    def holds(self, chart: int, u: Array, x: Vector) -> Array:
+        """Return in which cells bounds (3, 2, N) of u and the numbers x lie in the box.
+
+        An entry of x without width is 0 at all positions of a plane: nothing need be shown of it.
+        """
+        turned = [(lo <= a) & (b <= hi) for (a, b), (lo, hi) in zip(u, self.box[:3], strict=True)]
+        placed = [v.within(lo, hi) for v, (lo, hi) in zip(x, self.box[3:], strict=True) if lo < hi]
+        return (self.chart == chart) & np.all(np.broadcast_arrays(*turned, *placed), axis=0)
 
 
 class Search:
@@ -59,7 +64,7 @@ class Search:
         self.roots = [self.read_root(v, solutions) for v in roots]
         with ctx.workprec(BITS):
             self.platform = setting.cables(problem, self.order)
-        self.forms = self.platform.mapped(enclosing)
+        self.mapped: dict[type[Form], Platform] = {}
         self.trees = list_of(found["trees"], "trees", 4)
 
     def read_root(self, entry: Any, solutions: int) -> Root:
@@ -106,9 +111,15 @@ class Search:
             found = math.nextafter(found, math.inf)
         return found
 
+    def over(self, kind: type[Form]) -> Platform:
+        """Return the platform in forms."""
+        if kind not in self.mapped:
+            self.mapped[kind] = self.platform.mapped(kind.enclosing)
+        return self.mapped[kind]
+
     def system(self, chart: int) -> System:
         """Return the equations in a chart."""
-        return System(self.setting, self.platform, chart)
+        return System(self.setting, self.platform, self.over, chart)
 
     def coordinates(self, chart: int, rotation: arb_mat, centre: arb_mat) -> list[arb] | None:
         """Return (u, x) of a pose in a chart, or None where the chart may not reach it."""

@@ -6,8 +6,9 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
+from certificates.arithmetic.forms import Array
 from certificates.frames import settings
-from certificates.leaves import check_leaf
+from certificates.leaves import Cells, check_cells
 from certificates.literals import list_of
 from certificates.problem import Listed, Problem
 from certificates.search import Search
@@ -48,6 +49,6 @@ class Searches:
             undecided += leaf.node is Node.UNDECIDED
         return Tally(leaves, pending, undecided)
 
-    def check(self, found: tuple[int, Leaf]) -> int:
-        """Check a leaf of a search; return the number of parts it took."""
-        return check_leaf(self.searches[found[0]], found[1])
+    def check(self, place: int, cells: Cells, twice: Array) -> int:
+        """Check leaves of one kind of a search, some twice; return the number of parts it took."""
+        return check_cells(self.searches[place], cells, twice)

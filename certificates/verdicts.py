@@ -97,7 +97,7 @@ class Report:
     """Cells that the search could not decide."""
     seconds: float
     seed: int | None = None
-    """By which a sample was drawn."""
+    """By which a sample was drawn, and the cells that were checked in both arithmetics."""
     question: tuple[str, ...] = ()
     """Robot, lengths, force and subset, as the file has them."""
     examined: int = 0
@@ -106,6 +106,9 @@ class Report:
     """Cells to be checked of all, where a sample is."""
     reasons: tuple[str, ...] = ()
     """Why something is left open, as the file has it, counted."""
+
+    twice: int = 0
+    """Cells that were checked in both arithmetics."""
 
     @property
     def wanted(self) -> int:
@@ -128,7 +131,7 @@ class Report:
 
     def lines(self) -> list[str]:
         """Return what to print, the verdict first."""
-        drawn = "" if self.seed is None else f", drawn with --seed {self.seed}"
+        drawn = f", {self.twice} of them twice, drawn with --seed {self.seed}" if self.twice else ""
         return [
             f"{self.conclusion}: {self.message}".encode("ascii", "backslashreplace").decode(),
             *self.question,

@@ -1,171 +1,260 @@
-"""Numbers that depend on a pose, enclosed over a cell: quadratic in symbols for numbers in [-1, 1].
+"""Numbers that depend on a pose, enclosed over many cells at once: quadratic in symbols from [-1, 1].
+
+In each cell, for any values of the symbols e,
 
     value + sum slopes_i e_i + sum_(i <= j) curves_ij e_i e_j +- rest
 
-All are integers, in units of 1 / UNIT. A product's terms of higher degree, and what rounding drops, are added
-to the rest, so that a form encloses its number wherever the symbols are.
+holds the number. A product's terms of higher degree, and what rounding drops, are added to the rest. Two
+arithmetics have this meaning: `Floats`, doubles of all cells in one operation, and `Integers`, exact but for
+shifts. Their numbers and bounds count in units of 1 / UNIT, which is 1 for doubles.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from itertools import zip_longest
-from typing import Any
+from functools import cached_property
+from typing import Any, Self
 
+import numpy as np
 from flint import arb
 
-from certificates.arithmetic.vectors import total
-
-BITS = 60
-UNIT = 1 << BITS
 TURN, PLACE, ALONG, TENSION = 0, 3, 3, 6
 """First symbols of: u (3), the position (3) or its distance along a normal, the tensions (6)."""
+Array = Any
+"""Of doubles, or of Python's integers: one entry a cell, or one for all."""
 
 
 class Form:
-    """One number. ``curves`` are ordered 00, 01, 11, 02, ...; slopes and curves that are missing are 0."""
+    """One number. ``curves`` are ordered 00, 01, 11, 02, ...; slopes and curves that are missing are 0.
 
-    __slots__ = ("curves", "rest", "slopes", "value")
+    value, rest : (N,) or (1,); slopes : (K, N or 1); curves : (K (K + 1) / 2, N or 1), or none.
+    """
 
-    def __init__(self, value: int, slopes: Sequence[int] = (), curves: Sequence[int] = (), rest: int = 0):
+    UNIT: int
+
+    def __init__(self, value: Array, slopes: Array, curves: Array, rest: Array) -> None:
         self.value, self.slopes, self.curves, self.rest = value, slopes, curves, rest
 
-    def __add__(self, other: Any) -> Form:
+    # What an arithmetic says for itself.
+
+    @staticmethod
+    def bound(terms: Sequence[tuple[Array, Array]], more: Array = 0) -> Array:
+        """Return an upper bound of ``more`` + sum a b of bounds that are not negative."""
+        raise NotImplementedError
+
+    @staticmethod
+    def quotient(a: Array, b: Array) -> Array:
+        """Return an upper bound of a / b, of an upper bound a >= 0 and a lower bound b > 0."""
+        raise NotImplementedError
+
+    @staticmethod
+    def square_quotient(a: Array, b: Array) -> Array:
+        """Return a lower bound of a^2 / b, of a lower bound a >= 0 and an upper bound b > 0."""
+        raise NotImplementedError
+
+    @staticmethod
+    def root(a: Array) -> Array:
+        """Return an upper bound of the square root of a bound a >= 0."""
+        raise NotImplementedError
+
+    @staticmethod
+    def exceeds(a: Array, b: Array, c: Array, d: Array) -> Array:
+        """Return where a b >= c d surely, a and c not negative, b and d rounded once."""
+        raise NotImplementedError
+
+    @classmethod
+    def numbers(cls, x: Array) -> Array:
+        """Return doubles as this arithmetic's numbers, rounded down."""
+        raise NotImplementedError
+
+    @classmethod
+    def numbers_up(cls, x: Array) -> Array:
+        """Return doubles as this arithmetic's numbers, rounded up."""
+        raise NotImplementedError
+
+    @classmethod
+    def between(cls, lo: Array, hi: Array, symbol: int) -> Self:
+        """Return the numbers in [lo, hi] (doubles, one a cell) that a symbol stands for."""
+        raise NotImplementedError
+
+    @classmethod
+    def enclosing(cls, x: arb) -> Self:
+        """Return a constant that encloses a ball."""
+        raise NotImplementedError
+
+    def after_sum(self) -> Self:
+        """Return this form, of sums of coefficients, with what was dropped on the way."""
+        raise NotImplementedError
+
+    def after_products(self, sizes: Sequence[tuple[Array, Array]]) -> Self:
+        """Return this form, of sums of products, in units and with what was dropped on the way.
+
+        ``sizes`` : bounds of the sums of the sizes of all factors of these products, two and two.
+        """
+        raise NotImplementedError
+
+    @cached_property
+    def steep(self) -> Array:
+        """An upper bound of the sum of the sizes of the slopes."""
+        raise NotImplementedError
+
+    @cached_property
+    def bent(self) -> Array:
+        """An upper bound of the sum of the sizes of the curves."""
+        raise NotImplementedError
+
+    def lowest(self) -> Array:
+        """Return a lower bound."""
+        raise NotImplementedError
+
+    def within(self, lo: Array, hi: Array) -> Array:
+        """Return where the number surely lies within doubles."""
+        raise NotImplementedError
+
+    # What follows from it.
+
+    @classmethod
+    def constant(cls, x: float) -> Self:
+        """Return a number near x, the same in all cells."""
+        return cls.near(np.array([x]))
+
+    @classmethod
+    def near(cls, x: Array, slopes: Array = ()) -> Self:
+        """Return a form near chosen doubles and slopes, (K, N)."""
+        value = cls.numbers(x)
+        found = np.zeros((0, 1), value.dtype) if not len(slopes) else cls.numbers(np.asarray(slopes))
+        return cls(value, found, np.zeros((0, 1), value.dtype), 0 * value)
+
+    @classmethod
+    def unknown(cls, size: Array, symbol: int = -1) -> Self:
+        """Return any number up to a bound: a rest, or ``size`` times a symbol."""
+        none = 0 * size
+        slopes = np.stack([none] * symbol + [size]) if symbol >= 0 else np.zeros((0, 1), size.dtype)
+        return cls(none, slopes, np.zeros((0, 1), size.dtype), none if symbol >= 0 else size)
+
+    @cached_property
+    def bulk(self) -> Array:
+        """An upper bound of the sum of the sizes of all coefficients."""
+        return self.bound([], abs(self.value) + self.steep + self.bent)
+
+    def size(self) -> Array:
+        """Return an upper bound of the number's size."""
+        return self.bound([], self.bulk + self.rest)
+
+    def change(self) -> Array:
+        """Return an upper bound of its distance from the value."""
+        return self.bound([], self.steep + self.bent + self.rest)
+
+    def highest(self) -> Array:
+        """Return an upper bound."""
+        return -(-self).lowest()
+
+    def has_no_zero(self) -> Array:
+        """Return where the number is proved to have one sign."""
+        return abs(self.value) > self.change()
+
+    def __neg__(self) -> Self:
+        return type(self)(-self.value, -self.slopes, -self.curves, self.rest)
+
+    def __add__(self, other: Any) -> Self:
         if isinstance(other, int):
-            return Form(self.value + other * UNIT, self.slopes, self.curves, self.rest)
+            other = self.constant(other)
         if not isinstance(other, Form):
             return NotImplemented
-        return Form(
+        return type(self)(
             self.value + other.value,
-            [x + y for x, y in zip_longest(self.slopes, other.slopes, fillvalue=0)],
-            [x + y for x, y in zip_longest(self.curves, other.curves, fillvalue=0)],
+            together(self.slopes, other.slopes),
+            together(self.curves, other.curves),
             self.rest + other.rest,
-        )
+        ).after_sum()
 
-    def __mul__(self, other: Any) -> Form:
+    def __sub__(self, other: Any) -> Self:
+        return self.__add__(-other)
+
+    def __rsub__(self, other: Any) -> Self:
+        found: Self = self.__neg__().__add__(other)
+        return found
+
+    def __mul__(self, other: Any) -> Self:
         if isinstance(other, int):
-            slopes, curves = [x * other for x in self.slopes], [x * other for x in self.curves]
-            return Form(self.value * other, slopes, curves, self.rest * abs(other))
-        return rounded(self.times(other)) if isinstance(other, Form) else NotImplemented
+            other = self.constant(other)
+            if not other.value[0]:
+                return other
+        if not isinstance(other, Form):
+            return NotImplemented
+        a, b = self.value, other.value
+        rest = [(self.steep, other.bent), (self.bent, other.steep + other.bent), (self.bulk, other.rest)]
+        return type(self)(
+            a * b,
+            together(a * other.slopes, b * self.slopes),
+            together(together(a * other.curves, b * self.curves), mixed(self.slopes, other.slopes)),
+            sum(x * y for x, y in [*rest, (self.rest, other.bulk + other.rest)]),
+        ).after_products([(self.bulk, other.bulk)])
 
     __radd__, __rmul__ = __add__, __mul__
 
-    def __neg__(self) -> Form:
-        return self * -1
+    @classmethod
+    def combine(cls, weights: Sequence[Array], forms: Sequence[Form]) -> Self:
+        """Return a sum of forms weighted by doubles."""
+        w = [cls.numbers(x) for x in weights]
+        slopes, curves = w[0] * forms[0].slopes, w[0] * forms[0].curves
+        for x, form in zip(w[1:], forms[1:], strict=True):
+            slopes, curves = together(slopes, x * form.slopes), together(curves, x * form.curves)
+        pairs = list(zip(w, forms, strict=True))
+        value = sum(x * form.value for x, form in pairs)
+        rest = sum(abs(x) * form.rest for x, form in pairs)
+        sizes = [(abs(x), form.bulk) for x, form in pairs]
+        return cls(value, slopes, curves, rest).after_products(sizes)
 
-    def __sub__(self, other: Any) -> Form:
-        return self.__add__(-other)
-
-    def __rsub__(self, other: Any) -> Form:
-        return self.__neg__().__add__(other)
-
-    def times(self, other: Form) -> Form:
-        """Return the product in units of 1 / UNIT^2."""
-        if not self.slopes:
-            self, other = other, self
-        a, b, n = self.value, other.value, len(self.slopes)
-        if not other.slopes:
-            rest = self.rest * abs(b) + self.size() * other.rest
-            return Form(a * b, [b * x for x in self.slopes], [b * x for x in self.curves], rest)
-        if n < len(other.slopes):
-            self, other, a, b, n = other, self, b, a, len(other.slopes)
-        s, t = self.slopes, other.slopes
-        if n > len(t):
-            t = [*t, *[0] * (n - len(t))]
-        mixed: list[int] = []
-        for j, (x, y) in enumerate(zip(s, t, strict=True)):
-            mixed += [v * y + w * x for v, w in zip(s[:j], t[:j], strict=True)]
-            mixed.append(x * y)
-        steep, bent, more = sum(map(abs, s)), sum(map(abs, self.curves)), sum(map(abs, other.curves))
-        rest = steep * more + bent * (sum(map(abs, t)) + more) + self.rest * other.size()
-        rest += (abs(a) + steep + bent) * other.rest
-        curves = zip_longest(self.curves, other.curves, mixed, fillvalue=0)
-        return Form(
-            a * b,
-            [a * y + b * x for x, y in zip(s, t, strict=True)],
-            [a * y + b * x + z for x, y, z in curves],
-            rest,
-        )
-
-    def size(self) -> int:
-        """Return a bound of the number's size."""
-        return abs(self.value) + self.change()
-
-    def change(self) -> int:
-        """Return a bound of its distance from the value."""
-        return sum(map(abs, self.slopes)) + sum(map(abs, self.curves)) + self.rest
-
-    def lowest(self) -> int:
-        """Return a lower bound."""
-        return self.value - self.change()
-
-    def highest(self) -> int:
-        """Return an upper bound."""
-        return self.value + self.change()
-
-    def has_no_zero(self) -> bool:
-        """Return True when the number is proved to have one sign."""
-        return abs(self.value) > self.change()
-
-    def upto(self, degree: int) -> Form:
+    def upto(self, degree: int) -> Self:
         """Return a number near this one without terms of a higher degree."""
-        return Form(self.value, self.slopes, self.curves if degree > 1 else ())
+        curves = self.curves if degree > 1 else self.curves[:0]
+        return type(self)(self.value, self.slopes if degree else self.slopes[:0], curves, 0 * self.rest)
+
+    def at(self, cells: Array) -> Self:
+        """Return the form in some of the cells."""
+        parts = (self.value, self.slopes, self.curves, self.rest)
+        return type(self)(*(v if v.shape[-1] == 1 else v[..., cells] for v in parts))
+
+    def doubles(self) -> Array:
+        """Return doubles near the value."""
+        return (self.value / self.UNIT).astype(float)
+
+    def slope_doubles(self, count: int) -> Array:
+        """Return doubles near the slopes by ``count`` symbols, (count, N or 1)."""
+        found = (self.slopes / self.UNIT).astype(float)
+        return together(np.zeros((count, 1)), found) if len(found) < count else found
 
 
-Vector = list[Form]
+Vector = list[Any]
 
 
-def rounded(form: Form) -> Form:
-    """Return a form that was in units of 1 / UNIT^2: every shift drops less than 1 unit."""
-    slopes, curves = [v >> BITS for v in form.slopes], [v >> BITS for v in form.curves]
-    dropped = 2 + len(slopes) + len(curves)
-    return Form(form.value >> BITS, slopes, curves, (form.rest >> BITS) + dropped)
+def together(a: Array, b: Array) -> Array:
+    """Return the sum of two arrays of coefficients, of which the shorter one ends in zeros."""
+    if len(a) < len(b):
+        a, b = b, a
+    if not len(b):
+        return a
+    if len(a) == len(b):
+        return a + b
+    found = np.empty((len(a), max(a.shape[1], b.shape[1])), a.dtype)
+    found[: len(b)], found[len(b) :] = a[: len(b)] + b, a[len(b) :]
+    return found
 
 
-def units(x: float) -> int:
-    """Return a double in units, rounded down."""
-    numerator, denominator = x.as_integer_ratio()
-    return (numerator << BITS) // denominator
-
-
-def between(lo: float, hi: float, symbol: int) -> Form:
-    """Return the number in [lo, hi] that a symbol stands for."""
-    low, high = units(lo), -units(-hi)
-    return Form((low + high) >> 1, [0] * symbol + [(high - low + 1) >> 1] if low < high else [])
-
-
-def box_forms(bounds: Sequence[tuple[float, float]]) -> Vector:
-    """Return numbers within bounds, one symbol each."""
-    return [between(lo, hi, k) for k, (lo, hi) in enumerate(bounds)]
-
-
-def enclosing(x: arb) -> Form:
-    """Return a constant that encloses a ball."""
-    return Form(down(x.mid()), rest=0 if x.is_zero() else down(x.rad()) + 2)
-
-
-def down(x: arb) -> int:
-    """Return an exact ball in units, rounded down."""
-    mantissa, exponent = x.man_exp()
-    shift = int(exponent) + BITS
-    return int(mantissa) << shift if shift >= 0 else int(mantissa) >> -shift
-
-
-def near(x: float, slopes: Sequence[float] = ()) -> Form:
-    """Return a form near chosen numbers."""
-    return Form(units(x), [units(v) for v in slopes])
-
-
-def value(x: Form) -> float:
-    """Return a double near a form's value."""
-    return x.value / UNIT
-
-
-def slopes(x: Form, count: int) -> list[float]:
-    """Return doubles near a form's slopes."""
-    return [v / UNIT for v in x.slopes] + [0.0] * (count - len(x.slopes))
-
-
-def combine(weights: Sequence[float], forms: Sequence[Form]) -> Form:
-    """Return a weighted sum of forms."""
-    return rounded(total([form * units(w) for w, form in zip(weights, forms, strict=True)]))
+def mixed(s: Array, t: Array) -> Array:
+    """Return the coefficients of the product of two sums of symbols."""
+    if len(s) < len(t):
+        s, t = t, s
+    n, m = len(s), len(t)
+    if not m:
+        return t
+    found = np.empty((n * (n + 1) // 2, max(s.shape[1], t.shape[1])), s.dtype)
+    for j in range(n):
+        block = found[j * (j + 1) // 2 :]
+        if j < m:
+            block[:j] = s[:j] * t[j] + s[j] * t[:j]
+            block[j] = s[j] * t[j]
+        else:
+            block[:m], block[m : j + 1] = s[j] * t, 0
+    return found

@@ -9,10 +9,9 @@ import numpy as np
 
 from cdpr_interval.exact import balls
 from cdpr_interval.mechanics.rotation import rotation_at
-from certificates.arithmetic.forms import box_forms
+from certificates.arithmetic.floats import Floats
 from certificates.problem import Listed
 from certificates.root_claims import check_root
-from certificates.roots import System
 from certificates.search import Root as Claimed
 from certificates.search import Search
 from certificates.verdicts import NotProved
@@ -51,17 +50,20 @@ def box_of(search: Search, reduced: Reduced, root: Root) -> list[tuple[float, fl
     flat = search.flat(root.chart)
     assert flat is not None
     widths = [hi - lo for lo, hi in root.unique[:3].tolist() if hi > lo]
-    system = System(search.setting, search.platform, root.chart)
+    boxes = []
     for grown in GROWTH:
         half = grown * 0.5 * min(widths)
         reach = [half] * 3 + [half * model.size] * 3
-        box = [
-            (0.0, 0.0) if k in flat else (m - r, m + r)
-            for k, (m, r) in enumerate(zip([*z[:3].tolist(), *x.tolist()], reach, strict=True))
-        ]
-        if system.has_one_zero_at_most(box_forms(box)):
-            return box
-    return None
+        boxes.append(
+            [
+                (0.0, 0.0) if k in flat else (m - r, m + r)
+                for k, (m, r) in enumerate(zip([*z[:3].tolist(), *x.tolist()], reach, strict=True))
+            ]
+        )
+    system = search.system(root.chart)
+    with np.errstate(all="ignore"):
+        holds = system.one_zero(np.moveaxis(np.array(boxes), 0, -1), Floats)
+    return boxes[int(np.argmax(holds))] if holds.any() else None
 
 
 def candidates(root: Root, reduced: Reduced, listed: Sequence[Listed], family: bool) -> list[int]:

@@ -22,7 +22,7 @@ from cdpr_interval.engine.search import Run, search
 from cdpr_interval.mechanics.six_dof.arrays import Model
 from certificates.arithmetic.balls import hull
 from certificates.frames import Setting
-from certificates.leaves import confirmed, longest
+from certificates.leaves import LANES, confirmed_at_once, longest
 from certificates.problem import Listed
 from certificates.problem import Problem as Question
 from certificates.search import Search
@@ -150,9 +150,9 @@ class Recorder:
         A cut must be confirmed at once, where leaves may be bisected: one that is not refutes the file.
         """
         cuts = [c for c, v in self.trees.nodes.items() if v[0] == Node.CUT and not self.is_doubtful(c, v)]
-        for cell in cuts[:: max(1, len(cuts) // SAMPLE)]:
-            leaf = self.trees.leaf(cell, self.trees.nodes[cell])
-            self.trusts = self.trusts and confirmed(self.search, leaf, leaf.cell)
+        some = cuts[:: max(1, len(cuts) // SAMPLE)]
+        leaves = [self.trees.leaf(cell, self.trees.nodes[cell]) for cell in some]
+        self.trusts = self.trusts and all(confirmed_at_once(self.search, leaves))
 
     def missing(self, cells: Iterable[Cell], budget: Patience, account: Account) -> list[Cell]:
         """Return the parts of cells of which nothing is known; what is doubtful is tried on the way."""
@@ -160,18 +160,23 @@ class Recorder:
         account.next_step()
         walked, known = 0, len(self.trees.nodes) - self.walked
         while waiting:
-            cell = waiting.pop()
-            walked += 1
-            account.step(walked / max(known, walked))
-            node = self.trees.nodes.get(cell)
-            if node is not None and self.is_doubtful(cell, node):
+            doubtful = []
+            while waiting:
+                cell = waiting.pop()
+                walked += 1
+                account.step(walked / max(known, walked))
+                node = self.trees.nodes.get(cell)
+                if node is None:
+                    found.append(cell)
+                elif self.is_doubtful(cell, node):
+                    doubtful.append(cell)
+                else:
+                    waiting += self.trees.parts(cell, node)
+            for first in range(0, len(doubtful), LANES):
                 if budget.whole.stop() is not None:
                     return []
-                node = self.tried(cell, node)
-            if node is None:
-                found.append(cell)
-            else:
-                waiting += self.trees.parts(cell, node)
+                self.try_all(doubtful[first : first + LANES])
+            waiting = doubtful
         self.walked += walked - len(found)
         return found
 
@@ -183,17 +188,16 @@ class Recorder:
             return True
         return max(cell[2 * k + 1] - cell[2 * k] for k in range(3)) < DOUBTFUL
 
-    def tried(self, cell: Cell, node: bytes) -> bytes:
-        """Try a doubtful cell with the checker's test; return its node, another one where that fails."""
-        box = box_of(cell)
-        if confirmed(self.search, self.trees.leaf(cell, node), box):
-            self.sure.add(cell)
-            return node
-        k = longest(self.search, box)
-        lo, hi = box.bounds[k]
-        is_small = hi - lo < SMALLEST * (1.0 if k < 3 else self.unit)
-        self.trees.nodes[cell] = bytes([Node.UNDECIDED if is_small else k])
-        return self.trees.nodes[cell]
+    def try_all(self, cells: Sequence[Cell]) -> None:
+        """Try doubtful cells with the checker's tests; those that fail get other nodes."""
+        leaves = [self.trees.leaf(cell, self.trees.nodes[cell]) for cell in cells]
+        for cell, is_one in zip(cells, confirmed_at_once(self.search, leaves), strict=True):
+            if is_one:
+                self.sure.add(cell)
+                continue
+            k = longest(self.search, box_of(cell).bounds)
+            is_small = cell[2 * k + 1] - cell[2 * k] < SMALLEST * (1.0 if k < 3 else self.unit)
+            self.trees.nodes[cell] = bytes([Node.UNDECIDED if is_small else k])
 
     def look(self, cells: list[Cell], budget: Patience, account: Account, threads: int) -> None:
         """Search cells of one kind by the rules of the certificate, and add what becomes of them."""
