@@ -125,30 +125,18 @@ def contained(kind: type[Form], first: Sequence[Array], error: list[list[Array]]
     return v, is_one
 
 
-RIDGES = (0.0, 1e-12, 1e-8, 1e-5)
-"""Added to the products of two centres, over their sum: of parallel ones the best weights are large."""
-
-
 def no_position(turned: Turned) -> Array:
     """Return where the first three spheres have no common point over the cells.
 
-    A common point has K = d . x <= l_1 |d|, and with any weights g, h 0 <= |x + g d_2 + h d_3|^2 = l_1^2 +
-    |g d_2 + h d_3|^2 + 2 (g K_2 + h K_3).
+    A common point has K = d . x <= l_1 |d|; and with m = d_2 x d_3 it has m x x = K_2 d_3 - K_3 d_2, which is
+    not longer than l_1 |m|.
     """
     (d2, k2), (d3, k3) = turned.pair
-    square, kind, s = turned.platform.square, type(turned.s), turned.s
-    apart = [(k * k - dot(d, d) * square).lowest() > 0 for d, k in turned.pair]
-    found = apart[0] | apart[1]
-    a, b, right = middles(turned)
-    products = guess.products(np.stack([a, b]), np.stack([a, b]))
-    for ridge in RIDGES:
-        if found.all():
-            break
-        raised = products + ridge * (products[0, 0] + products[1, 1]) * np.eye(2)[:, :, None]
-        gh = usable(guess.solve(raised, -right[:, None])[:, 0])
-        between = [kind.combine(gh, pair) for pair in zip(d2, d3, strict=True)]
-        gap = s * s * square + dot(between, between) + 2 * s * kind.combine(gh, [k2, k3])
-        found = found | (gap.highest() < 0)
+    square, m = turned.platform.square, cross(d2, d3)
+    across = [k2 * v - k3 * w for v, w in zip(d3, d2, strict=True)]
+    found = (dot(across, across) - dot(m, m) * square).lowest() > 0
+    for d, k in turned.pair:
+        found = found | ((k * k - dot(d, d) * square).lowest() > 0)
     return found
 
 

@@ -114,7 +114,8 @@ class Search:
     def over(self, kind: type[Form]) -> Platform:
         """Return the platform in forms."""
         if kind not in self.mapped:
-            self.mapped[kind] = self.platform.mapped(kind.enclosing)
+            with ctx.workprec(BITS):
+                self.mapped[kind] = self.platform.mapped(kind.enclosing)
         return self.mapped[kind]
 
     def system(self, chart: int) -> System:

@@ -179,7 +179,7 @@ class Form:
         if isinstance(other, int):
             other = self.constant(other)
             if not other.value[0]:
-                return other
+                return self.constant(0)
         if not isinstance(other, Form):
             return NotImplemented
         a, b = self.value, other.value

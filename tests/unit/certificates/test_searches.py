@@ -401,10 +401,11 @@ def searches_of(document: dict[str, Any]) -> searches.Searches:
 
 
 def confirmed(found: searches.Searches, leaf: Any) -> bool:
-    """Return True when the checker confirms a leaf."""
+    """Return True when the checker confirms a leaf in both arithmetics."""
+    place, one = leaf
     try:
         with ctx.workprec(BITS):
-            found.check(leaf)
+            found.check(place, leaves.Cells.of([one], np.zeros(1, dtype=int)), np.ones(1, dtype=bool))
     except NotProved:
         return False
     return True
