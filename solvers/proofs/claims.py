@@ -20,7 +20,7 @@ from solvers.six_dof.reduction import Reduced
 
 NEAR = 1e-6
 """Entries of rotation matrices that differ by less may belong to one pose: it is checked."""
-GROWTH = (8.0, 4.0, 2.0, 1.0, 0.5, 0.25, 0.125, 0.0625, 0.03125)
+GROWTH = tuple(2.0**k for k in range(7, -6, -1))
 """Sizes of a root's box in (u, x) that are tried, over the solver's smallest half width in u."""
 
 
