@@ -5,27 +5,20 @@ from __future__ import annotations
 import random
 import secrets
 import time
-from bisect import bisect_left
-from collections import defaultdict
-from collections.abc import Callable, Container, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
-import numpy as np
-
-from certificates import clock
 from certificates.apart import is_decided, require_apart
 from certificates.certificate import Certificate, about
 from certificates.container import load
-from certificates.leaves import Cells, kind_of
-from certificates.processes import Chunk, in_turn, together
-from certificates.reasons import reasons
-from certificates.tree import Leaf
+from certificates.running import clock
+from certificates.running.lots import Lot, lots
+from certificates.running.reasons import reasons
+from certificates.running.worker import in_turn
 from certificates.verdicts import Malformed, NotProved, Report, Verdict, counted
 
-CHUNK = 4096
-"""Cells of one kind that are checked in one go, and one shown as progress."""
 TWICE, SHARE = 32, 100
 """So many cells, and one of so many, are checked in both arithmetics."""
 Results = Iterator[tuple[int, int]]
@@ -85,6 +78,9 @@ def check(
             report = replace(report, question=certificate.question, subsets=len(certificate.subsets))
             run = partial(in_turn, certificate)
             if threads > 1:
+                # It takes a tenth of a second to import what starts processes.
+                from certificates.running.processes import together
+
                 run = partial(together, certificate, content, size_limit, count=threads)
             for current in reports(certificate, report, run):
                 report = current
@@ -103,7 +99,7 @@ def check(
 
 
 def reports(
-    certificate: Certificate, report: Report, run: Callable[[Iterator[Chunk]], Results]
+    certificate: Certificate, report: Report, run: Callable[[Iterator[Lot]], Results]
 ) -> Iterator[Report]:
     """Yield what has been checked, again and again; the last report has the verdict."""
     solutions, cells = certificate.solutions, []
@@ -126,7 +122,7 @@ def reports(
     generator = random.Random(report.seed)
     chosen = sorted(generator.sample(range(report.leaves), report.wanted))
     twice = generator.sample(chosen, min(len(chosen), max(TWICE, len(chosen) // SHARE)))
-    for checked, parts in run(chunks(certificate, cells, chosen, set(twice))):
+    for checked, parts in run(lots(certificate, cells, chosen, set(twice))):
         report = replace(report, checked=report.checked + checked, parts=report.parts + parts)
         yield report
         clock.in_time()
@@ -139,33 +135,6 @@ def reports(
         of_all = f"{report.checked} of {counted(report.leaves, 'cell')}"
         text = f"{of_all} confirmed; all of them would prove: {text}"
         yield replace(report, verdict=Verdict.SAMPLED, message=text)
-
-
-def chunks(
-    certificate: Certificate, cells: Sequence[int], chosen: Sequence[int], twice: Container[int]
-) -> Iterator[Chunk]:
-    """Yield the chosen cells of all subsets, of which there are so many each, those of one kind together."""
-    first = 0
-    for k, count in enumerate(cells):
-        wanted = {i - first for i in chosen[bisect_left(chosen, first) : bisect_left(chosen, first + count)]}
-        found = certificate.leaves(k) if wanted else ()
-        leaves = ((i, *leaf) for i, leaf in enumerate(found) if i in wanted)
-        for place, some in alike(leaves):
-            places = np.array([i for i, _ in some])
-            marked = np.array([first + i in twice for i in places])
-            yield k, place, Cells.of([leaf for _, leaf in some], places), marked
-        first += count
-
-
-def alike(leaves: Iterable[tuple[int, int, Leaf]]) -> Iterator[tuple[int, list[tuple[int, Leaf]]]]:
-    """Yield searches, and leaves with their numbers that can be checked together."""
-    waiting: dict[tuple[int, ...], list[tuple[int, Leaf]]] = defaultdict(list)
-    for i, place, leaf in leaves:
-        some = waiting[place, *kind_of(leaf)]
-        some.append((i, leaf))
-        if len(some) == CHUNK:
-            yield place, waiting.pop((place, *kind_of(leaf)))
-    yield from ((kind[0], some) for kind, some in waiting.items())
 
 
 def summary(certificate: Certificate, pending: int, undecided: int) -> tuple[str, bool]:

@@ -21,6 +21,8 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
+import numpy as np
+
 from certificates.arithmetic.vectors import cross, dot, minus
 
 HALF_TURNS = ((1, 1, 1), (1, -1, -1), (-1, 1, -1), (-1, -1, 1))
@@ -66,9 +68,12 @@ class Platform:
 
 
 class Turned:
-    """What depends on the rotation alone; ``u`` are numbers of the platform's kind, or jets of these."""
+    """What depends on the rotation alone; ``u`` are numbers of the platform's kind, or jets of these.
 
-    def __init__(self, platform: Platform, chart: int, u: Sequence[Any]) -> None:
+    ``chart`` is one, or an array: of each cell of the forms.
+    """
+
+    def __init__(self, platform: Platform, chart: Any, u: Sequence[Any]) -> None:
         self.platform = platform
         x, y, z = u
         xx, yy, zz, yz, zx, xy = x * x, y * y, z * z, y * z, z * x, x * y
@@ -78,7 +83,8 @@ class Turned:
             [2 * (xy + z), 1 - xx + yy - zz, 2 * (yz - x)],
             [2 * (zx - y), 2 * (yz + x), 1 - xx - yy + zz],
         ]
-        self.rotation = [[c * v for c, v in zip(HALF_TURNS[chart], row, strict=True)] for row in rows]
+        signs = HALF_TURNS[chart] if isinstance(chart, int) else np.array(HALF_TURNS)[chart].T
+        self.rotation = [[v * c for c, v in zip(signs, row, strict=True)] for row in rows]
         self.found: dict[int, tuple[Vector, Vector, Any]] = {}
 
     def turn(self, b: Vector) -> Vector:

@@ -17,8 +17,8 @@ from certificates.arithmetic.forms import Array, Form, Vector
 from certificates.arithmetic.integers import Integers
 from certificates.balance import unbalanced
 from certificates.cells import Place, no_position, on_branch
-from certificates.clock import in_time
 from certificates.geometry import Turned
+from certificates.running.clock import in_time
 from certificates.search import Search
 from certificates.tree import Leaf, Node
 from certificates.verdicts import NotProved
@@ -33,11 +33,12 @@ POSITION_SHARE = 0.4
 
 @dataclass(frozen=True)
 class Cells:
-    """Leaves of one kind in one chart, on one side, or parts of them."""
+    """Leaves of one kind, on one side, or parts of them."""
 
     node: Node
-    chart: int
     side: int
+    chart: Array
+    """(N,)."""
     bounds: Array
     """(3 or 6, 2, N), of u or (u, x)."""
     owner: Array
@@ -53,8 +54,8 @@ class Cells:
         first, kept = leaves[0], [v.kept for v in leaves if v.kept]
         return Cells(
             first.node,
-            first.cell.chart,
             first.cell.side,
+            np.array([v.cell.chart for v in leaves]),
             np.moveaxis(np.array([v.cell.bounds for v in leaves]), 0, -1),
             owner,
             np.array([v.data for v in leaves], dtype=float).T,
@@ -74,7 +75,8 @@ class Cells:
 
     def with_arrays(self, of: Callable[[str], Array]) -> Cells:
         """Return cells with other arrays, given by their names."""
-        return replace(self, bounds=of("bounds"), owner=of("owner"), data=of("data"), kept=of("kept"))
+        parts = {"chart": of("chart"), "bounds": of("bounds"), "owner": of("owner"), "data": of("data")}
+        return replace(self, **parts, kept=of("kept"))
 
     def halves(self, search: Search) -> tuple[Cells, Cells]:
         """Return the lower and the upper halves, split where they are longest."""
@@ -95,7 +97,7 @@ def longest(search: Search, bounds: Any) -> Array:
 def kind_of(leaf: Leaf) -> tuple[int, ...]:
     """Return what leaves must have in common to be checked together."""
     cable = leaf.data[0] if leaf.node is Node.TOO_LONG else 0
-    return leaf.node, leaf.cell.chart, leaf.cell.side, len(leaf.cell.bounds), cable
+    return leaf.node, leaf.cell.side, len(leaf.cell.bounds), cable
 
 
 def confirmed_at_once(search: Search, leaves: Sequence[Leaf]) -> Array:
@@ -122,7 +124,7 @@ def check_cells(search: Search, cells: Cells, twice: Array) -> int:
         doubt = "" if refused[i] else " by integers, but by doubles"
         where = [tuple(b) for b in cells.bounds[..., i].tolist()]
         what = f"cell {cells.owner[i] + 1}: {cells.node.reason} is not confirmed{doubt}"
-        raise NotProved(f"{what} in chart {cells.chart}, {where}")
+        raise NotProved(f"{what} in chart {cells.chart[i]}, {where}")
     return parts
 
 

@@ -11,10 +11,10 @@ from certificates.arithmetic.balls import column, hull, norm, unit
 from certificates.arithmetic.floats import Floats
 from certificates.arithmetic.jets import Jet
 from certificates.claims import Pose, check_pose, spoke
-from certificates.clock import in_time
 from certificates.newton import Zero
 from certificates.problem import Listed
 from certificates.roots import System
+from certificates.running.clock import in_time
 from certificates.search import Root, Search, half_turn
 from certificates.searches import Searches
 from certificates.turning import check_turning, never_slack, turned
@@ -99,11 +99,12 @@ def shown(search: Search, pose: Pose, chart: int) -> Pose | None:
 
 def require_one_zero_at_most(search: Search) -> None:
     """Raise NotProved unless every root's box holds one pose at most."""
-    for chart in range(4):
-        boxes = [root.box for root in search.roots if root.chart == chart]
-        in_time()
-        if boxes and not search.system(chart).has_one_zero_at_most(np.moveaxis(np.array(boxes), 0, -1)).all():
-            raise NotProved("a root's box is not proved to hold at most one pose")
+    if not search.roots:
+        return
+    boxes = np.moveaxis(np.array([root.box for root in search.roots]), 0, -1)
+    system = search.system(np.array([root.chart for root in search.roots]))
+    if not system.has_one_zero_at_most(boxes).all():
+        raise NotProved("a root's box is not proved to hold at most one pose")
 
 
 def check_root(search: Search, root: Root, solutions: list[Listed]) -> Pose:

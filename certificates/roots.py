@@ -28,13 +28,14 @@ from certificates.verdicts import NotProved
 
 
 class System:
-    """The equations of one search in one chart."""
+    """The equations of one search in one chart, or in charts, one a cell."""
 
     def __init__(
-        self, setting: Setting, platform: Platform, over: Callable[[type[Form]], Platform], chart: int
+        self, setting: Setting, platform: Platform, over: Callable[[type[Form]], Platform], chart: Any
     ) -> None:
         self.setting, self.platform, self.over, self.chart = setting, platform, over, chart
-        frozen = setting.frozen(chart) or ()
+        # Chart 0 is always needed, and all that are have the same entries 0.
+        frozen = setting.frozen(0) or ()
         self.unknowns = [TURN + k for k in range(3) if k not in frozen]
         self.unknowns += [PLACE + k for k in range(3) if not (setting.planar and k == 1)]
         self.balanced = platform.taut < 6
@@ -43,7 +44,8 @@ class System:
 
     def jets(self, x: Sequence[Any]) -> list[Any]:
         """Return u, x and t with derivatives by the unknowns, given these; other entries are 0."""
-        found = {k: Jet(v, {i: 1}) for i, (k, v) in enumerate(zip(self.unknowns, x, strict=True))}
+        one = 0 * x[0] + 1
+        found = {k: Jet(v, {i: one}) for i, (k, v) in enumerate(zip(self.unknowns, x, strict=True))}
         return [found.get(k, 0 * x[0]) for k in range(TENSION + self.balanced * self.platform.taut)]
 
     def equations(self, platform: Platform, x: Sequence[Any], apart: bool) -> list[Jet]:

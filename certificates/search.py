@@ -36,8 +36,8 @@ class Root:
     box: Bounds
     pose: int | None
 
-    def holds(self, chart: int, u: Array, x: Vector) -> Array:
-        """Return in which cells bounds (3, 2, N) of u and the numbers x lie in the box.
+    def holds(self, chart: Array, u: Array, x: Vector) -> Array:
+        """Return in which cells (charts, N) bounds (3, 2, N) of u and the numbers x lie in the box.
 
         An entry of x without width is 0 at all positions of a plane: nothing need be shown of it.
         """
@@ -118,8 +118,8 @@ class Search:
                 self.mapped[kind] = self.platform.mapped(kind.enclosing)
         return self.mapped[kind]
 
-    def system(self, chart: int) -> System:
-        """Return the equations in a chart."""
+    def system(self, chart: Any) -> System:
+        """Return the equations in a chart, or in one of each cell."""
         return System(self.setting, self.platform, self.over, chart)
 
     def coordinates(self, chart: int, rotation: arb_mat, centre: arb_mat) -> list[arb] | None:

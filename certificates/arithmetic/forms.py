@@ -176,6 +176,9 @@ class Form:
         return found
 
     def __mul__(self, other: Any) -> Self:
+        if isinstance(other, np.ndarray):
+            # Signs, 1 or -1 in each cell: nothing is rounded.
+            return type(self)(self.value * other, self.slopes * other, self.curves * other, self.rest)
         if isinstance(other, int):
             other = self.constant(other)
             if not other.value[0]:

@@ -8,7 +8,7 @@ from typing import Any
 
 from certificates.certificate import Certificate
 from certificates.checker import summary
-from certificates.reasons import reasons
+from certificates.running.reasons import reasons
 from certificates.tree import Node
 from certificates.verdicts import Conclusion
 

@@ -14,7 +14,7 @@ import pytest
 from flint import arb
 
 import certificates
-from certificates import clock
+from certificates.running import clock
 from certificates.apart import require_apart
 from certificates.certificate import Certificate
 from certificates.container import LIMIT, pack

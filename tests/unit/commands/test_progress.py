@@ -14,7 +14,7 @@ import time
 
 import pytest
 
-from certificates.progress import ProgressLine
+from certificates.running.progress import ProgressLine
 from solvers.batch.duration import duration
 from solvers.batch.run import BatchProgress
 from solvers.commands import progress as module

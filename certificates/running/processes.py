@@ -1,4 +1,4 @@
-"""Cells checked one after the other, or by several processes."""
+"""Cells checked by several processes."""
 
 from __future__ import annotations
 
@@ -10,61 +10,40 @@ import time
 from collections.abc import Iterator
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from contextlib import contextmanager
-from itertools import chain, islice
+from itertools import chain
 
-from certificates import clock
-from certificates.arithmetic.forms import Array
-from certificates.certificate import Certificate, about
-from certificates.leaves import Cells
-from certificates.searches import Searches
+from certificates.certificate import Certificate
+from certificates.running import clock
+from certificates.running.lots import Lot
+from certificates.running.worker import Worker, in_turn
 
-Chunk = tuple[int, int, Cells, Array]
-"""A subset, its search, some cells of one kind, and which of them are looked at twice."""
 AHEAD = 4
-"""Chunks that wait for each process."""
-
-
-class Worker:
-    """Checks cells; the searches of the subset at hand are kept."""
-
-    def __init__(self, certificate: Certificate) -> None:
-        self.certificate = certificate
-        self.at: tuple[int, Searches] | None = None
-
-    def check(self, chunk: Chunk) -> int:
-        """Check some cells; return the number of parts it took."""
-        k, place, cells, twice = chunk
-        with about(self.certificate.name(k)):
-            if self.at is None or self.at[0] != k:
-                self.at = k, self.certificate.searches(k)
-            return self.at[1].check(place, cells, twice)
-
-
-def in_turn(certificate: Certificate, chunks: Iterator[Chunk]) -> Iterator[tuple[int, int]]:
-    """Yield the size of each chunk, and the number of parts, once it is checked."""
-    one = Worker(certificate)
-    for chunk in chunks:
-        yield len(chunk[2]), one.check(chunk)
+"""Lots that wait for each process."""
+WORTH = 3000
+"""Cells from which on a process is worth its start."""
 
 
 def together(
-    certificate: Certificate, content: bytes, limit: int | None, chunks: Iterator[Chunk], count: int
+    certificate: Certificate, content: bytes, limit: int | None, lots: Iterator[Lot], count: int
 ) -> Iterator[tuple[int, int]]:
-    """Yield the same, in any order, of so many processes; what is one chunk is not worth one."""
-    first = list(islice(chunks, 2))
-    if len(first) < 2:
-        yield from in_turn(certificate, iter(first))
-        return
-    chunks = chain(first, chunks)
+    """Yield the size of each lot, and the number of parts, in any order, of so many processes."""
+    first: list[Lot] = []
+    while sum(len(lot[2]) for lot in first) < WORTH:
+        lot = next(lots, None)
+        if lot is None:
+            yield from in_turn(certificate, iter(first))
+            return
+        first.append(lot)
+    lots = chain(first, lots)
     left = clock.left()
     given = (content, limit, math.inf if left is None else time.time() + left)
     context = multiprocessing.get_context("spawn")
     pool = ProcessPoolExecutor(count, context, initializer=start_worker, initargs=given)
     sizes: dict[Future[int], int] = {}
     try:
-        for chunk in chunks:
+        for lot in lots:
             with undisturbed():
-                sizes[pool.submit(work, chunk)] = len(chunk[2])
+                sizes[pool.submit(work, lot)] = len(lot[2])
             while len(sizes) >= AHEAD * count:
                 yield from ended(sizes)
         while sizes:
@@ -109,6 +88,6 @@ def start_worker(content: bytes, limit: int | None, end: float) -> None:
     worker.append(Worker(Certificate(content, limit)))
 
 
-def work(chunk: Chunk) -> int:
-    """Check a chunk in a process of several."""
-    return worker[0].check(chunk)
+def work(lot: Lot) -> int:
+    """Check a lot in a process of several."""
+    return worker[0].check(lot)
