@@ -18,6 +18,7 @@ def unsettled(document: dict[str, Any]) -> dict[str, int]:
         "pending": jobs[Status.PENDING],
         "with something undecided": document["jobs_with_undecided"],
         "with a partial certificate": document["certificates"].get(Conclusion.PARTIAL, 0),
+        "with a certificate not checked in time": document["certificates"].get(Conclusion.OUT_OF_TIME, 0),
         NONE_FOUND: jobs[Status.NONE_FOUND],
     }
     return {what: count for what, count in found.items() if count}

@@ -236,7 +236,7 @@ class Ledger:
         return [number for (number,) in self._rows("SELECT number FROM certificates ORDER BY number")]
 
     def claims(self) -> dict[str, int]:
-        """Return how many certificates claim what, as `certificates.verdicts.Conclusion`."""
+        """Return of how many certificates the checker said what when they were written, as `Conclusion`."""
         return dict(self._rows("SELECT claim, COUNT(*) FROM certificates GROUP BY claim ORDER BY claim"))
 
     def checks(self) -> list[CheckRow]:
@@ -286,6 +286,10 @@ class Ledger:
             self._connection.executemany(
                 "INSERT OR IGNORE INTO certificates VALUES (?, ?, ?)",
                 [(o.number, o.certificate, o.claim) for o in rows if o.certificate is not None],
+            )
+            self._connection.executemany(
+                "INSERT OR IGNORE INTO checks VALUES (?, ?, ?)",
+                [(o.number, o.claim, o.checked) for o in rows if o.certificate is not None],
             )
 
     def count_attempts(self, numbers: Iterable[int]) -> None:

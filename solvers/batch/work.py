@@ -83,7 +83,9 @@ class JobOutcome:
     host: str
     certificate: bytes | None = None
     claim: str = ""
-    """What the certificate claims, as `certificates.verdicts.Conclusion`."""
+    """What the checker says of the certificate, as `certificates.verdicts.Conclusion`."""
+    checked: str = ""
+    """Its sentence."""
 
 
 def solve_chunk(chunk: Chunk) -> list[JobOutcome]:
@@ -111,7 +113,7 @@ def _outcomes(chunk: Chunk) -> list[JobOutcome]:
         outcomes.append(
             JobOutcome(
                 task.number, answered.status, answered.answer, answered.message, started, seconds, host,
-                answered.certificate, answered.claim,
+                answered.certificate, answered.claim, answered.checked,
             )
         )  # fmt: skip
     return outcomes
@@ -126,6 +128,7 @@ class Answered:
     message: str = ""
     certificate: bytes | None = None
     claim: str = ""
+    checked: str = ""
 
     @classmethod
     def of(cls, result: Result, **proof: Any) -> Answered:
@@ -162,12 +165,18 @@ def _solver(data: bytes, settings: Settings) -> Callable[[Task], Answered]:
             options = replace(options, parts=_together(task.parts))
         if not settings.certificates:
             return Answered.of(answer_question(problem, options))
+        from solvers.proofs.check import proof_of
         from solvers.proofs.document import certificate_of
 
         options = replace(options, record=Record())
         result = answer_question(problem, options)
-        certificate, claim = certificate_of(problem, options, result)
-        return Answered.of(result, certificate=certificate, claim=claim.conclusion.value)
+        certificate, _ = certificate_of(problem, options, result)
+        proof = proof_of(problem.robot, result, certificate, settings.time_limit_s)
+        if proof.is_refused:
+            return Answered(Status.FAILED, message=f"internal error: its certificate is {proof}")
+        return Answered.of(
+            result, certificate=certificate, claim=proof.conclusion.value, checked=proof.message
+        )
 
     return solve
 

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from cdpr_interval.text.count import counted
-from cdpr_interval.text.literal import printable
 from solvers.commands.external_force import LABEL, external_force_option, read_external_force
 from solvers.commands.numbers import read_count, read_float, warn_of_lengths
 from solvers.commands.target import JsonTarget
@@ -17,13 +16,12 @@ from solvers.commands.time_limit import read_time_limit, time_limit_option
 from solvers.questions.errors import InputErrors
 from solvers.shell.completion import files, robot_argument
 from solvers.shell.examples import examples
-from solvers.shell.interrupt import Signals, interruptible
+from solvers.shell.interrupt import interruptible
 
 if TYPE_CHECKING:
     from cdpr_interval.robots.cable_robot import Robot
     from solvers.answers.result import Result
     from solvers.cli import Ending
-    from solvers.proofs.claimed import Claimed
     from solvers.questions.problem import Options, Problem
 
 WITHOUT_TENSIONS = ("lengths", "problem", "certificate", "ignore_slack", "ignore_tension_sign", "tension")
@@ -79,8 +77,9 @@ MOST_CABLES = 64
     help="Write the result as JSON; - is standard output.",
 )
 @click.option(
-    "--certificate", metavar="FILE", shell_complete=files, help="Write the proof to a file, for `check`."
+    "--certificate", metavar="FILE", shell_complete=files, help="Write the proof to a file and check it."
 )
+@click.option("--no-check", is_flag=True, help="Write it only, for `check`.")
 @click.option("-q", "--quiet", is_flag=True, help="No table, no progress.")
 @click.option("-v", "--verbose", is_flag=True, help="More about what is done, and about errors.")
 def command(robot: str, **given: Any) -> int:
@@ -88,7 +87,8 @@ def command(robot: str, **given: Any) -> int:
 
     A length may be a number in m, 2.69+-0.01, 2.68..2.70 or [2.68,2.70], or have its unit, 2690mm;
     lengths of elastic cables are unstretched. Exit code 0: all poses found; 3: something is left
-    undecided, or the certificate leaves something open; 4: proved that there is none.
+    undecided, or the certificate leaves something open or was not checked in time; 4: proved that there
+    is none; 5: the checker refuses the certificate.
     """
     target = None if given["json_file"] is None else JsonTarget(given["json_file"])
     if given["tensions"] is not None:
@@ -107,36 +107,14 @@ def command(robot: str, **given: Any) -> int:
             _show(result, table=not given["quiet"] and (target is None or not target.is_stdout))
         ending = _ending(result)
         if certificate is not None:
-            claim = _certify(problem, options, result, certificate, signals, given["quiet"])
-            ending = _with_claim(ending, claim, options, given["certificate"], given["quiet"])
+            from solvers.commands.certified import certify, ended
+
+            quiet, checks = given["quiet"], not given["no_check"]
+            found = certify(problem, options, result, certificate, signals, quiet=quiet, checks=checks)
+            ending = ended(ending, found, given["certificate"], quiet)
     if given["verbose"]:
         _log(result)
     return ending
-
-
-def _certify(
-    problem: Problem,
-    options: Options,
-    result: Result,
-    certificate: JsonTarget,
-    signals: Signals,
-    quiet: bool,
-) -> Claimed:
-    """Write the certificate with what is left of the run's budget; interrupts end it as they do a search."""
-    from dataclasses import replace
-
-    from solvers.commands.progress import shown
-    from solvers.proofs.document import certificate_of
-
-    # What was found can be read while the certificate is made.
-    sys.stdout.flush()
-    if signals.release() and options.record is not None:
-        options.record.budget.interrupt()
-    with shown("certificate", quiet) as display:
-        content, claim = certificate_of(problem, replace(options, progress=display), result)
-    signals.hold()
-    certificate.write_bytes(content)
-    return claim
 
 
 def _of_tensions(source: str, given: dict[str, Any], target: JsonTarget | None) -> int:
@@ -183,6 +161,8 @@ def _read(
         problem = errors.read(_problem, robot, given, options)
     if target is not None:
         errors.read(target.require_writable)
+    if given["no_check"] and certificate is None:
+        errors.add("--no-check: only with --certificate")
     if certificate is not None:
         if certificate.is_stdout:
             errors.add("--certificate: must be a file")
@@ -283,31 +263,3 @@ def _ending(result: Result) -> Ending:
     if result.outcome is Outcome.INCOMPLETE:
         return Ending(ExitCode.INCOMPLETE, result.message)
     return Ending(ExitCode.COMPLETE if result.solutions else ExitCode.NO_POSE, result.message)
-
-
-def _with_claim(ending: Ending, claim: Claimed, options: Options, file: str, quiet: bool) -> Ending:
-    """Return how a run ends whose certificate is written: it is complete only when that is, too."""
-    from cdpr_interval.engine.budget import Stop
-    from solvers.cli import Ending, ExitCode
-
-    line = f"{printable(file)}: {'complete' if claim.is_complete else 'partial'}: {claim.message}"
-    if (
-        not claim.is_complete
-        and options.record is not None
-        and options.record.budget.stop() is Stop.TIME_LIMIT
-    ):
-        line += "; the time limit ended the writing"
-    if not quiet:
-        line = "\n".join([line, *claim.reasons])
-    code = answered = ExitCode(ending)
-    is_interrupted = options.record is not None and options.record.is_interrupted
-    if is_interrupted and answered != ExitCode.INTERRUPTED:
-        code, line = ExitCode.INTERRUPTED, f"interrupted; {line}"
-    elif not claim.is_complete and answered != ExitCode.INTERRUPTED:
-        code = ExitCode.INCOMPLETE
-    if code != answered:
-        return Ending(code, line)
-    if code or not quiet:
-        # The answer is one thing, its certificate another: two lines.
-        click.echo(line, err=True)
-    return ending

@@ -10,8 +10,9 @@ from pathlib import Path
 import pytest
 
 import certificates
-from certificates import certificate, clock, processes
-from certificates.tree import Node
+from certificates import certificate
+from certificates.running import clock, lots, processes, worker
+from certificates.tree import Cell, Leaf, Node
 from certificates.verdicts import Report, Verdict
 from solvers.proofs.claimed import claimed
 from tests.support.made_certificates import changed, hanging, leaf, platform, three_poses, written
@@ -89,25 +90,24 @@ def test_cells_that_are_left_open_have_reasons_too(tmp_path):
     assert check(tmp_path, three_poses()).reasons == ()
 
 
-class Ended(processes.Worker):
-    """Checks two chunks, and then something happens."""
+class Ended(worker.Worker):
+    """Checks two lots, and then something happens."""
 
-    def check(self, chunk):
+    def check(self, lot):
         self.left = getattr(self, "left", 2) - 1
         if self.left < 0:
             raise self.error
-        return len(chunk[1])
+        return len(lot[2])
 
 
 @pytest.mark.parametrize("error", [clock.OutOfTime, KeyboardInterrupt])
 def test_how_far_it_came_is_said(tmp_path, monkeypatch, error):
     monkeypatch.setattr(Ended, "error", error, raising=False)
-    monkeypatch.setattr(processes, "Worker", Ended)
+    monkeypatch.setattr(worker, "Worker", Ended)
+    monkeypatch.setattr(lots, "MOST", 16)
     monkeypatch.setattr(certificate.Certificate, "check_entry", lambda self, k: (set(), 100, 0, 0))
-    cell = (0, 0, None)
-    monkeypatch.setattr(
-        certificate.Certificate, "cells", lambda self, k: ((i, *cell[1:]) for i in range(100))
-    )
+    cell = Leaf(Cell(0, ((-1.0, 1.0),) * 3), Node.UNDECIDED)
+    monkeypatch.setattr(certificate.Certificate, "leaves", lambda self, k: [(0, cell)] * 100)
     for sample, of_them in ((None, "32 of 100 cells"), (50, "32 of 50 cells")):
         document = platform(*[leaf(Node.UNDECIDED)] * 4)
         if error is KeyboardInterrupt:
@@ -247,6 +247,7 @@ def die(*given):
 
 
 def test_a_worker_that_dies_proves_nothing(tmp_path, monkeypatch):
+    monkeypatch.setattr(processes, "WORTH", 1)
     monkeypatch.setattr(processes, "start_worker", die)
     report = check(tmp_path, platform(*[leaf(Node.UNDECIDED, 4)] * 4), threads=2)
     assert report.verdict is Verdict.NOT_PROVED and report.message

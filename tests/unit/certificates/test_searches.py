@@ -376,6 +376,7 @@ def test_a_solver_that_settles_cells_too_early_is_found_out(monkeypatch: pytest.
     problem, options, result = solved("uc2", LENGTHS, "c1,c2")
     everywhere = np.array([[chart, *[-99.0, 99.0] * 6] for chart in range(4)])
     monkeypatch.setattr(Recorder, "boxes", lambda self: everywhere)
+    monkeypatch.setattr(Recorder, "is_doubtful", lambda self, cell, node: False)
     assert verdict(tmp_path, document_of(problem, options, result)) is Verdict.NOT_PROVED
 
 

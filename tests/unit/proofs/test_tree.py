@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import random
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from typing import Any
 
 import numpy as np
 import pytest
@@ -17,7 +18,7 @@ from cdpr_interval.engine.rows import NO_LENGTH, NO_POSITION, NOT_SLACK, UNBALAN
 from certificates import check
 from certificates.arithmetic.balls import BITS
 from certificates.certificate import Certificate
-from certificates.leaves import confirmed
+from certificates.leaves import confirmed_at_once
 from certificates.tree import Cell as Box
 from certificates.tree import Leaf, Node, decode
 from certificates.verdicts import Verdict
@@ -153,23 +154,25 @@ def test_every_kind_of_claim_of_compiled_tests_is_confirmed_at_once(uc3: Certifi
         assert {Node.CUT, Node.NO_LENGTH, Node.UNBALANCED} <= set(kinds)
         assert not {Node.PENDING, Node.UNDECIDED} & set(kinds)
         for found in kinds.values():
-            for search, leaf in generator.sample(found, min(40, len(found))):
-                assert confirmed(search, leaf, leaf.cell), leaf
+            some = [leaf for _, leaf in generator.sample(found, min(400, len(found)))]
+            assert confirmed_at_once(found[0][0], some).all(), some
 
 
 def test_a_cut_that_the_checker_does_not_confirm_is_not_written(monkeypatch: pytest.MonkeyPatch) -> None:
     """Where a trial fails every claim is tried, and what is refused is halved: the file still holds."""
     refuse = random.Random(SEED)
     refused: set[Box] = set()
-    test = recorder.confirmed
+    test = recorder.confirmed_at_once
 
-    def doubting(search: recorder.Search, leaf: Leaf, cell: Box) -> bool:
-        if leaf.node is Node.CUT and (cell in refused or refuse.random() < 0.3):
-            refused.add(cell)
-            return False
-        return test(search, leaf, cell)
+    def doubting(search: recorder.Search, leaves: Sequence[Leaf]) -> Any:
+        found = test(search, leaves)
+        for i, leaf in enumerate(leaves):
+            if leaf.node is Node.CUT and (leaf.cell in refused or refuse.random() < 0.3):
+                refused.add(leaf.cell)
+                found[i] = False
+        return found
 
-    monkeypatch.setattr(recorder, "confirmed", doubting)
+    monkeypatch.setattr(recorder, "confirmed_at_once", doubting)
     content = recorded("uc4", "7.5,8,7,9", "c1,c4")
     left = {leaf.cell for _, leaf in leaves_of(Certificate(content), 0) if leaf.node is Node.CUT}
     assert refused and left and not refused & left
