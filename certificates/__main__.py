@@ -9,7 +9,7 @@ import sys
 
 from certificates.checker import check
 from certificates.container import LIMIT
-from certificates.running.progress import ProgressLine
+from certificates.progress import ProgressLine
 
 MIB = 2**20
 INTERRUPTED = 130

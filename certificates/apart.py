@@ -12,8 +12,8 @@ from itertools import chain
 from flint import arb_mat, ctx
 
 from certificates.arithmetic.balls import BITS, column, hull
+from certificates.clock import in_time
 from certificates.problem import Listed, Problem
-from certificates.running.clock import in_time
 from certificates.verdicts import NotProved
 
 Place = tuple[arb_mat, arb_mat]

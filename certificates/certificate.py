@@ -10,13 +10,14 @@ from typing import Any
 from flint import ctx
 
 from certificates.arithmetic.balls import BITS
+from certificates.arithmetic.floats import machine_rounds
+from certificates.clock import OutOfTime
 from certificates.container import unpack
 from certificates.families import check_one_point_family
 from certificates.literals import entry_of, list_of, text_of
 from certificates.point_mass import check_point
 from certificates.problem import described, needed, read_left_out, read_problem, read_solutions, read_taut
 from certificates.root_claims import check_all_roots
-from certificates.running.clock import OutOfTime
 from certificates.searches import Searches
 from certificates.subsets import Kind, classify, examined
 from certificates.tree import Leaf
@@ -76,6 +77,8 @@ class Certificate:
 def about(what: str) -> Iterator[None]:
     """Compute precisely and say what a failure is about: one of any kind proves nothing."""
     try:
+        if not machine_rounds():
+            raise NotProved("doubles are not rounded to nearest here, or small ones are lost")
         with ctx.workprec(BITS):
             yield
     except OutOfTime:

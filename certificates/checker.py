@@ -10,14 +10,12 @@ from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
+from certificates import clock
 from certificates.apart import is_decided, require_apart
 from certificates.certificate import Certificate, about
 from certificates.container import load
-from certificates.running import clock
-from certificates.running.lots import Lot, lots
-from certificates.running.reasons import reasons
-from certificates.running.worker import in_turn
-from certificates.verdicts import Malformed, NotProved, Report, Verdict, counted
+from certificates.lots import Lot, in_turn, lots
+from certificates.verdicts import Malformed, NotProved, Report, Verdict, counted, reasons
 
 TWICE, SHARE = 32, 100
 """So many cells, and one of so many, are checked in both arithmetics."""
@@ -44,8 +42,7 @@ def check(
     sample
         Check so many cells, chosen at random, instead of all.
     seed
-        Draws again the same sample, and the same cells to be checked in both arithmetics; without one the
-        system draws, so that no writer of a file knows which.
+        Draws the same cells again, to be checked at all or in both arithmetics; without one the system draws.
     threads
         Number of processes. With more than one a script must call this under ``if __name__ == "__main__"``.
     time_limit
@@ -79,7 +76,7 @@ def check(
             run = partial(in_turn, certificate)
             if threads > 1:
                 # It takes a tenth of a second to import what starts processes.
-                from certificates.running.processes import together
+                from certificates.processes import together
 
                 run = partial(together, certificate, content, size_limit, count=threads)
             for current in reports(certificate, report, run):
@@ -127,7 +124,10 @@ def reports(
         yield report
         clock.in_time()
     report = replace(report, twice=len(twice))
-    report = replace(report, reasons=tuple(reasons(certificate, report.pending, report.undecided)))
+    report = replace(
+        report,
+        reasons=tuple(reasons(certificate.entries, certificate.left_out, report.pending, report.undecided)),
+    )
     text, complete = summary(certificate, report.pending, report.undecided)
     if report.checked == report.leaves:
         yield replace(report, verdict=Verdict.PROVED, message=text, complete=complete)

@@ -17,8 +17,8 @@ from certificates.arithmetic.forms import Array, Form, Vector
 from certificates.arithmetic.integers import Integers
 from certificates.balance import unbalanced
 from certificates.cells import Place, no_position, on_branch
+from certificates.clock import in_time
 from certificates.geometry import Turned
-from certificates.running.clock import in_time
 from certificates.search import Search
 from certificates.tree import Leaf, Node
 from certificates.verdicts import NotProved

@@ -9,7 +9,7 @@ from flint import arb, arb_mat, fmpq
 
 from certificates.arithmetic.balls import Vector, column, hull
 from certificates.arithmetic.jets import Jet
-from certificates.running.clock import in_time
+from certificates.clock import in_time
 from certificates.verdicts import NotProved
 
 NEWTON_STEPS = 40

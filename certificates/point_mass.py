@@ -18,9 +18,9 @@ from certificates import newton
 from certificates.arithmetic.balls import BITS, Vector, column, hull, minus, norm
 from certificates.arithmetic.vectors import dot
 from certificates.claims import Pose, check_pose, claimed
+from certificates.clock import in_time
 from certificates.literals import entry_of, exact, exacts, index_of, list_of
 from certificates.problem import Listed, Problem
-from certificates.running.clock import in_time
 from certificates.verdicts import Malformed, NotProved
 
 Point = tuple[arb_mat, dict[int, arb]]

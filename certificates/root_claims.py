@@ -11,10 +11,10 @@ from certificates.arithmetic.balls import column, hull, norm, unit
 from certificates.arithmetic.floats import Floats
 from certificates.arithmetic.jets import Jet
 from certificates.claims import Pose, check_pose, spoke
+from certificates.clock import in_time
 from certificates.newton import Zero
 from certificates.problem import Listed
 from certificates.roots import System
-from certificates.running.clock import in_time
 from certificates.search import Root, Search, half_turn
 from certificates.searches import Searches
 from certificates.turning import check_turning, never_slack, turned

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from enum import IntEnum
 
-from certificates.running.clock import in_time
+from certificates.clock import in_time
 from certificates.verdicts import Malformed
 
 DEEPEST = 400

@@ -15,8 +15,8 @@ from flint import arb, arb_mat, ctx
 from certificates.arithmetic.balls import BITS, all_inside, column, hull, minus, norm
 from certificates.arithmetic.vectors import cross, dot
 from certificates.claims import Pose, check_pose, check_respected, claimed
+from certificates.clock import in_time
 from certificates.problem import Listed, Problem
-from certificates.running.clock import in_time
 from certificates.verdicts import NotProved
 
 MOST_PIECES = 5000

@@ -1,9 +1,12 @@
-"""What a check may end with."""
+"""What a check may end with, and why it leaves something open."""
 
 from __future__ import annotations
 
+from collections import Counter
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
+from typing import Any
 
 
 class Malformed(Exception):
@@ -142,3 +145,34 @@ class Report:
             f"{self.pending} pending, {self.undecided} undecided",
             *(line.encode("ascii", "backslashreplace").decode() for line in self.reasons),
         ]
+
+
+MOST_KINDS = 5
+"""Of reasons that are told."""
+LONGEST = 100
+"""Characters of a reason: it is whatever the writer of the file has put there."""
+
+
+def reasons(
+    entries: Sequence[dict[str, Any]], left_out: Sequence[str], pending: int, undecided: int
+) -> list[str]:
+    """Return a line for each kind of reason, the most frequent first, at most `MOST_KINDS` of them.
+
+    ``entries`` are those of subsets, ``left_out`` the reasons of poses; ``pending`` counts subsets and cells
+    of which nothing is claimed, ``undecided`` cells. Nobody checks what the file says here.
+    """
+    subsets = [entry["pending"] for entry in entries if "pending" in entry]
+    found = Counter(("pose", "not certified", reason) for reason in left_out)
+    found.update(("subset", "pending", reason) for reason in subsets)
+    found["cell", "pending", "the search has not come to it"] += pending - len(subsets)
+    found["cell", "undecided", "too small to be cut once more"] += undecided
+    return list(lines(+found))
+
+
+def lines(found: Counter[tuple[str, str, str]]) -> Iterator[str]:
+    """Yield a line for each kind."""
+    for (what, state, reason), number in found.most_common(MOST_KINDS):
+        short = reason if len(reason) <= LONGEST else reason[: LONGEST - 3] + "..."
+        yield f"{counted(number, what)} {state}: {short}"
+    if (more := len(found) - MOST_KINDS) > 0:
+        yield f"and {counted(more, 'other reason')}"

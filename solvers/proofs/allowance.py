@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 from cdpr_interval.engine.budget import Budget, Stop
-from certificates.running import clock
+from certificates import clock
 
 GRACE = 1.0
 """Seconds after the end of a run, by its time limit or an interrupt, in which the poses that it found are

@@ -8,9 +8,8 @@ from typing import Any
 
 from certificates.certificate import Certificate
 from certificates.checker import summary
-from certificates.running.reasons import reasons
 from certificates.tree import Node
-from certificates.verdicts import Conclusion
+from certificates.verdicts import Conclusion, reasons
 
 Json = dict[str, Any]
 SIZES = {Node.TOO_LONG: 2, Node.UNBALANCED: 25}
@@ -45,7 +44,9 @@ def claimed(document: Json) -> Claimed:
                 pending, undecided = pending + found[0], undecided + found[1]
     certificate = Certificate(document)
     message, is_complete = summary(certificate, pending, undecided)
-    return Claimed(is_complete, message, tuple(reasons(certificate, pending, undecided)))
+    return Claimed(
+        is_complete, message, tuple(reasons(certificate.entries, certificate.left_out, pending, undecided))
+    )
 
 
 def unclaimed(tree: bytes) -> tuple[int, int]:

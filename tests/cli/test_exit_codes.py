@@ -89,7 +89,9 @@ def answered(hanging, tmp_path):
     done = run("fk", hanging, "--lengths", "2,5", "--json", result, "--certificate", file)
     assert done.exit_code == 0
     # Before it, where kernels are compiled, that is said.
-    assert done.stderr.splitlines()[-1] == f"{file}: complete: 1 static pose, and no other one"
+    assert (
+        done.stderr.splitlines()[-1] == f"{file}: complete: 1 static pose, and no other one; checked: PROVED"
+    )
     return hanging, result, file
 
 
@@ -158,7 +160,8 @@ def test_a_complete_answer_with_a_partial_certificate_is_not_complete(hanging, t
     done = run("fk", hanging, *given)
     line = "partial: 0 static poses; others may exist: 1 pending, 0 undecided, 1 not certified"
     why = [] if quiet else ["1 pose not certified: not recorded", "1 subset pending: hopeless"]
-    assert (done.exit_code, done.stderr.splitlines()) == (3, [f"{tmp_path / 'c'}: {line}", *why])
+    said = [f"{tmp_path / 'c'}: {line}; checked: PROVED (partial)", *why]
+    assert (done.exit_code, done.stderr.splitlines()) == (3, said)
     done = run("check", tmp_path / "c", *quiet)
     assert done.exit_code == 3 and done.stdout.splitlines()[1:][-2:] == why
     # Proved that there is none, but not in the file.

@@ -14,6 +14,7 @@ import pytest
 from flint import arb
 
 import certificates
+from certificates import clock
 from certificates.apart import require_apart
 from certificates.certificate import Certificate
 from certificates.container import LIMIT, pack
@@ -21,7 +22,6 @@ from certificates.literals import exact
 from certificates.point_mass import lowest_points
 from certificates.problem import MOST_RANGES, read_problem, read_solutions
 from certificates.root_claims import check_all_roots
-from certificates.running import clock
 from certificates.search import MOST_ROOTS
 from certificates.tree import Cell, Node, decode
 from certificates.turning import everywhere

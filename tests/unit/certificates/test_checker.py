@@ -10,8 +10,7 @@ from pathlib import Path
 import pytest
 
 import certificates
-from certificates import certificate
-from certificates.running import clock, lots, processes, worker
+from certificates import certificate, clock, lots, processes
 from certificates.tree import Cell, Leaf, Node
 from certificates.verdicts import Report, Verdict
 from solvers.proofs.claimed import claimed
@@ -90,7 +89,7 @@ def test_cells_that_are_left_open_have_reasons_too(tmp_path):
     assert check(tmp_path, three_poses()).reasons == ()
 
 
-class Ended(worker.Worker):
+class Ended(lots.Worker):
     """Checks two lots, and then something happens."""
 
     def check(self, lot):
@@ -103,7 +102,7 @@ class Ended(worker.Worker):
 @pytest.mark.parametrize("error", [clock.OutOfTime, KeyboardInterrupt])
 def test_how_far_it_came_is_said(tmp_path, monkeypatch, error):
     monkeypatch.setattr(Ended, "error", error, raising=False)
-    monkeypatch.setattr(worker, "Worker", Ended)
+    monkeypatch.setattr(lots, "Worker", Ended)
     monkeypatch.setattr(lots, "MOST", 16)
     monkeypatch.setattr(certificate.Certificate, "check_entry", lambda self, k: (set(), 100, 0, 0))
     cell = Leaf(Cell(0, ((-1.0, 1.0),) * 3), Node.UNDECIDED)

@@ -14,7 +14,7 @@ import time
 
 import pytest
 
-from certificates.running.progress import ProgressLine
+from certificates.progress import ProgressLine
 from solvers.batch.duration import duration
 from solvers.batch.run import BatchProgress
 from solvers.commands import progress as module
@@ -197,6 +197,8 @@ def test_a_real_terminal_shows_the_certificate_while_it_is_written(tmp_path):
     os.close(ours)
     text = CODES.sub("", seen.decode())
     assert re.search(r"certificate \S+ \d+ %.*subset 7/7", text)
-    assert text.splitlines()[-1].endswith("out.cert: complete: 15 static poses, and no other one")
+    assert text.splitlines()[-1].endswith(
+        "out.cert: complete: 15 static poses, and no other one; checked: PROVED"
+    )
     assert max(map(len, re.split(r"[\r\n]+", text))) <= max(80, len(str(tmp_path)) + 70)
     assert b"15 static poses" in said[0] and b"\x1b" not in said[0] and b"certificate" not in said[0]

@@ -12,10 +12,9 @@ from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wai
 from contextlib import contextmanager
 from itertools import chain
 
+from certificates import clock
 from certificates.certificate import Certificate
-from certificates.running import clock
-from certificates.running.lots import Lot
-from certificates.running.worker import Worker, in_turn
+from certificates.lots import Lot, Worker, in_turn
 
 AHEAD = 4
 """Lots that wait for each process."""

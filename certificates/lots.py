@@ -1,4 +1,4 @@
-"""Lots of cells that are checked together: those of one kind, of all that are to be checked."""
+"""Lots of cells of one kind, of all that are to be checked, and the worker that checks them."""
 
 from __future__ import annotations
 
@@ -9,8 +9,9 @@ from collections.abc import Container, Iterable, Iterator, Sequence
 import numpy as np
 
 from certificates.arithmetic.forms import Array
-from certificates.certificate import Certificate
+from certificates.certificate import Certificate, about
 from certificates.leaves import Cells, kind_of
+from certificates.searches import Searches
 from certificates.tree import Leaf
 
 MOST = 4096
@@ -44,3 +45,26 @@ def alike(leaves: Iterable[tuple[int, int, Leaf]]) -> Iterator[tuple[int, list[t
         if len(waiting[kind]) == MOST:
             yield place, waiting.pop(kind)
     yield from ((kind[0], some) for kind, some in waiting.items())
+
+
+class Worker:
+    """Checks cells; the searches of the subset at hand are kept."""
+
+    def __init__(self, certificate: Certificate) -> None:
+        self.certificate = certificate
+        self.at: tuple[int, Searches] | None = None
+
+    def check(self, lot: Lot) -> int:
+        """Check some cells; return the number of parts it took."""
+        k, place, cells, twice = lot
+        with about(self.certificate.name(k)):
+            if self.at is None or self.at[0] != k:
+                self.at = k, self.certificate.searches(k)
+            return self.at[1].check(place, cells, twice)
+
+
+def in_turn(certificate: Certificate, lots: Iterator[Lot]) -> Iterator[tuple[int, int]]:
+    """Yield the size of each lot, and the number of parts, once it is checked."""
+    one = Worker(certificate)
+    for lot in lots:
+        yield len(lot[2]), one.check(lot)
