@@ -144,7 +144,7 @@ def leaves_of(certificate: Certificate, subset: int) -> Iterator[tuple[recorder.
 
 
 def test_every_kind_of_claim_of_compiled_tests_is_confirmed_at_once(uc3: Certificate) -> None:
-    """In (u, x) the compiled tests are those of the checker: cuts must be confirmed, little need be bisected."""
+    """In (u, x) the compiled tests are those of the checker: little need be bisected, and no cut may be."""
     generator = random.Random(SEED)
     with ctx.workprec(BITS):
         kinds: dict[Node, list[tuple[recorder.Search, Leaf]]] = {}
