@@ -17,30 +17,47 @@ from certificates.arithmetic.forms import ALONG, Array, Form, Vector
 from certificates.arithmetic.vectors import cross, dot
 from certificates.geometry import Turned
 
-
-def middles(turned: Turned) -> tuple[Array, Array, Array]:
-    """Return d_2, d_3 and (K_2, K_3) at the cells' centres."""
-    (d2, k2), (d3, k3) = turned.pair
-    s = turned.s.doubles()
-    a, b, right = ([v.doubles() / s for v in w] for w in (d2, d3, (k2, k3)))
-    return stacked(a), stacked(b), stacked([*right, s])[:2]
+Lines = tuple[Vector, Form, Vector, Form]
+"""d_2, K_2, d_3 and K_3, or others that say the same of x: d . x = K."""
 
 
-def near_branch(turned: Turned, side: int) -> Vector:
+def upright(turned: Turned) -> Lines:
+    """Return combinations of the two lines whose directions are about at right angles, of length one.
+
+    They are d_2 and d_3 times a triangular matrix of doubles with positive diagonal: they hold for the same
+    x, and d_2 x d_3 points the same way. Where centres are nearly parallel all that follows is sharper.
+    """
+    kind, ((d2, k2), (d3, k3)) = type(turned.s), turned.pair
+    a, b = (stacked([v.doubles() for v in d]) for d in (d2, d3))
+    first = np.sqrt(sum(a * a))
+    along = sum(a * b) / first
+    second = np.sqrt(sum((b - along / first * a) ** 2))
+    usual = (first > 1e-100) & (second > 1e-100) & (first < 1e100) & (second < 1e100)
+    p, r = np.where(usual, 1.0 / first, 1.0), np.where(usual, 1.0 / second, 1.0)
+    q = np.where(usual, -along / (first * second), 0.0)
+    e2, e3 = (
+        [kind.combine([p], [v]) for v in d2],
+        [kind.combine([q, r], pair) for pair in zip(d2, d3, strict=True)],
+    )
+    return e2, kind.combine([p], [k2]), e3, kind.combine([q, r], [k2, k3])
+
+
+def near_branch(turned: Turned, lines: Lines, side: int) -> Vector:
     """Return forms near the position on one side; a guess."""
-    kind, s = type(turned.s), turned.s.doubles()
-    a, b, right = middles(turned)
+    kind, (d2, k2, d3, k3) = type(turned.s), lines
+    a, b = (stacked([v.doubles() for v in d]) for d in (d2, d3))
     normal = guess.cross(a, b)
-    foot = guess.solve(np.stack([a, b, normal]), stacked([*right, 0.0 * right[0]])[:, None])[:, 0]
+    right = stacked([k2.doubles(), k3.doubles(), 0.0 * a[0]])
+    foot = guess.solve(np.stack([a, b, normal]), right[:, None])[:, 0]
     height = turned.platform.square.doubles() - sum(foot * foot)
     meets = height > 0.0
     x0 = foot + side * np.sqrt(np.maximum(0.0, height) / sum(normal * normal)) * normal
-    inverse = guess.inverse(np.stack([np.where(meets, 2.0 * x0, normal), s * a, s * b]))
+    inverse = guess.inverse(np.stack([np.where(meets, 2.0 * x0, normal), a, b]))
     x0, inverse = usable(x0), usable(inverse)
     x = [kind.near(v) for v in x0]
     for degree in (1, 2):
-        wrong = turned.lengths(x, turned.pair)
-        wrong[0] = wrong[0] * kind.near(meets.astype(float))
+        sphere = (dot(x, x) - turned.platform.square) * kind.near(meets.astype(float))
+        wrong = [sphere, dot(d2, x) - k2, dot(d3, x) - k3]
         x = [v - kind.combine(row, wrong).upto(degree) for v, row in zip(x, inverse, strict=True)]
     return [v.upto(2) for v in x]
 
@@ -53,15 +70,15 @@ def usable(guesses: Array) -> Array:
 def on_branch(turned: Turned, side: int) -> tuple[Vector, Array]:
     """Return forms that enclose every position on one side over the cells, and where they do.
 
-    With d_2, d_3 and m = d_2 x d_3 every position is x = y + alpha d_2 + beta d_3 + tau m for any y. The
-    linear equations bound alpha and beta: G (alpha, beta) = -(r_2, r_3) with G the scalar products of d_2
-    and d_3 and r their residuals at y. With w = y + alpha d_2 + beta d_3 the sphere says tau (m . y + m .
-    x) = l^2 - |w|^2, and on this side side (m . x) >= 0. Where side (m . y) >= h > 0 therefore |tau| <=
-    |l^2 - |w|^2| / h. Where it is at least -g, |m . y + m . x| >= |tau| |m|^2 - 2 g, so |tau| <= q +
+    With d_2 and d_3 those of `upright` and m = d_2 x d_3 every position is x = y + alpha d_2 + beta d_3 + tau
+    m for any y. The linear equations bound alpha and beta: G (alpha, beta) = -(r_2, r_3) with G the scalar
+    products of d_2 and d_3 and r their residuals at y. With w = y + alpha d_2 + beta d_3 the sphere says tau
+    (m . y + m . x) = l^2 - |w|^2, and on this side side (m . x) >= 0. Where side (m . y) >= h > 0 therefore
+    |tau| <= |l^2 - |w|^2| / h. Where it is at least -g, |m . y + m . x| >= |tau| |m|^2 - 2 g, so |tau| <= q +
     sqrt(q^2 + |l^2 - |w|^2| / |m|^2) with q = g / |m|^2.
     """
-    kind, y = type(turned.s), near_branch(turned, side)
-    (d2, k2), (d3, k3) = turned.pair
+    kind, lines = type(turned.s), upright(turned)
+    y, (d2, k2, d3, k3) = near_branch(turned, lines, side), lines
     m = cross(d2, d3)
     straight = [v.upto(1) for v in m]
     normal = [v.upto(0) for v in m]

@@ -119,15 +119,14 @@ def reports(
     generator = random.Random(report.seed)
     chosen = sorted(generator.sample(range(report.leaves), report.wanted))
     twice = generator.sample(chosen, min(len(chosen), max(TWICE, len(chosen) // SHARE)))
+    report = replace(report, twice=len(twice))
+    yield report
     for checked, parts in run(lots(certificate, cells, chosen, set(twice))):
         report = replace(report, checked=report.checked + checked, parts=report.parts + parts)
         yield report
         clock.in_time()
-    report = replace(report, twice=len(twice))
-    report = replace(
-        report,
-        reasons=tuple(reasons(certificate.entries, certificate.left_out, report.pending, report.undecided)),
-    )
+    why = reasons(certificate.entries, certificate.left_out, report.pending, report.undecided)
+    report = replace(report, reasons=tuple(why))
     text, complete = summary(certificate, report.pending, report.undecided)
     if report.checked == report.leaves:
         yield replace(report, verdict=Verdict.PROVED, message=text, complete=complete)

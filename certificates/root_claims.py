@@ -20,6 +20,9 @@ from certificates.searches import Searches
 from certificates.turning import check_turning, never_slack, turned
 from certificates.verdicts import NotProved
 
+TOGETHER = 64
+"""Roots whose boxes are looked at in one go."""
+
 
 def check_all_roots(searches: Searches, solutions: list[Listed]) -> set[int]:
     """Check all roots of a subset; return the solutions they prove."""
@@ -99,12 +102,12 @@ def shown(search: Search, pose: Pose, chart: int) -> Pose | None:
 
 def require_one_zero_at_most(search: Search) -> None:
     """Raise NotProved unless every root's box holds one pose at most."""
-    if not search.roots:
-        return
-    boxes = np.moveaxis(np.array([root.box for root in search.roots]), 0, -1)
-    system = search.system(np.array([root.chart for root in search.roots]))
-    if not system.has_one_zero_at_most(boxes).all():
-        raise NotProved("a root's box is not proved to hold at most one pose")
+    for first in range(0, len(search.roots), TOGETHER):
+        in_time()
+        some = search.roots[first : first + TOGETHER]
+        system = search.system(np.array([root.chart for root in some]))
+        if not system.has_one_zero_at_most(np.moveaxis(np.array([root.box for root in some]), 0, -1)):
+            raise NotProved("a root's box is not proved to hold at most one pose")
 
 
 def check_root(search: Search, root: Root, solutions: list[Listed]) -> Pose:

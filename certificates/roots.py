@@ -82,17 +82,20 @@ class System:
         bound, holds = contained(kind, [kind.combine(row, rest).size() for row in L], deviation(L, rows))
         return t, bound, holds
 
-    def has_one_zero_at_most(self, bounds: Array) -> Array:
-        """Return which boxes (6, 2, N) of (u, x) hold at most one zero, whatever its tensions.
+    def has_one_zero_at_most(self, bounds: Array) -> bool:
+        """Return True when boxes (6, 2, N) of (u, x) hold at most one zero each, whatever its tensions.
 
         Two zeros z, z' in a box have |z - z'| <= |C J - I| |z - z'| with J the derivatives over the box.
         """
-        with np.errstate(all="ignore"):
-            found = self.one_zero(bounds, Floats)
-            return found if found.all() else found | self.one_zero(bounds, Integers)
+        return bool(self.one_zero(bounds, Floats).all() or self.one_zero(bounds, Integers).all())
 
     def one_zero(self, bounds: Array, kind: type[Form]) -> Array:
-        """Return the same, as one arithmetic shows it."""
+        """Return in which boxes one arithmetic shows it."""
+        with np.errstate(all="ignore"):
+            return self.one_zero_at_most(bounds, kind)
+
+    def one_zero_at_most(self, bounds: Array, kind: type[Form]) -> Array:
+        """Return the same; what overflows is no proof."""
         z: Vector = [kind.between(lo, hi, k) for k, (lo, hi) in enumerate(bounds)]
         holds = np.ones(bounds.shape[-1], dtype=bool)
         if self.balanced:

@@ -21,10 +21,12 @@ from certificates.literals import bounds_of, entry_of, index_of, list_of
 from certificates.problem import Problem
 from certificates.roots import System
 from certificates.tree import Cell, Leaf, decode
-from certificates.verdicts import Malformed
+from certificates.verdicts import Malformed, NotProved
 
 MOST_ROOTS = 1000
 """Of one search."""
+SHORTEST, LONGEST = 1e-6, 1e9
+"""Lengths in m between which both arithmetics have digits enough."""
 Bounds = list[tuple[float, float]]
 
 
@@ -66,6 +68,8 @@ class Search:
             self.platform = setting.cables(problem, self.order)
         self.mapped: dict[type[Form], Platform] = {}
         self.trees = list_of(found["trees"], "trees", 4)
+        if not SHORTEST < self.reach < LONGEST:
+            raise NotProved(f"cells of lengths like {self.reach:g} m are not checked")
 
     def read_root(self, entry: Any, solutions: int) -> Root:
         """Return a root as it is written. Older files have "end": null in it."""

@@ -1,8 +1,8 @@
 """Forms of doubles, all cells in one operation of numpy, and why they enclose what they say.
 
 Sums, products, quotients and roots of arrays are, entry by entry, those of IEEE 754 doubles, rounded to
-nearest: |x o y - fl(x o y)| <= u |x o y| + 2^-1074 with u = 2^-53 (an entry that is computed with more
-digits, or by a fused multiplication and addition, is only nearer). `machine_rounds` tries that.
+nearest: |x o y - fl(x o y)| <= u |x o y| + 2^-1074 with u = 2^-53. `machine_rounds` tries that. Below u is
+taken twice as large, which covers entries that are computed with more digits and rounded again.
 
 1. A coefficient of a product is a sum of at most four products of coefficients, four roundings deep: it is
    off by at most 4.1 u times the sum of their sizes, and over all coefficients these sums add up to at most
@@ -15,8 +15,10 @@ digits, or by a fused multiplication and addition, is only nearer). `machine_rou
    terms lose at most n u, n being at most 78. No other reduction, product of matrices or ``einsum`` is used
    here: signs would cancel, and their order, or a library's, would have to be bounded.
 4. Results below 2^-1022 are off by up to 2^-1074 each; ``TINY`` is far more than all of those of a step.
-5. What overflows becomes infinite or NaN, so does the form's bound, and comparisons with NaN are false: every
-   test asks for what it needs, never for the opposite.
+5. What overflows becomes infinite or NaN, so does the upper bound that is made of it, and comparisons with
+   NaN are false: every test asks for what it needs, never for the opposite.
+6. Lower bounds are differences of a value and an upper bound; the one quotient, ``square_quotient``, is 0
+   where any of its numbers is so large or so small that a step of it might not be normal.
 """
 
 from __future__ import annotations
@@ -30,7 +32,12 @@ from flint import arb
 
 from certificates.arithmetic.forms import Array, Form
 
-U = 2.0**-53
+U = 2.0**-52
+"""Twice the unit of rounding."""
+FAR = 2.0**400
+"""Beyond it, or below its inverse, no quotient is a lower bound."""
+LARGEST = 2.0**100
+"""Of a robot's numbers: what is made of them, of degree six at most, stays far from overflow."""
 UP = 1.0 + 512.0 * U
 TINY = 2.0**-1000
 
@@ -42,8 +49,8 @@ def up(x: Array) -> Array:
 
 def machine_rounds() -> bool:
     """Return True where doubles are rounded to nearest, and small ones kept."""
-    one, least = np.array([1.0, -1.0]), np.array([2.0**-1074])
-    nearest = np.all(one + one * U == one) and np.all(one + one * (U * 1.5) == one * (1.0 + 2 * U))
+    one, least, u = np.array([1.0, -1.0]), np.array([2.0**-1074]), 2.0**-53
+    nearest = np.all(one + one * u == one) and np.all(one + one * (u * 1.5) == one * (1.0 + 2.0 * u))
     return bool(nearest and np.all(least * one[:1] == least) and np.all(least + least == 2.0**-1073))
 
 
@@ -64,8 +71,10 @@ class Floats(Form):
 
     @staticmethod
     def square_quotient(a: Array, b: Array) -> Array:
-        """Three roundings, taken off."""
-        return a * a / b * (2.0 - UP)
+        """Take off three roundings; see rule 6."""
+        found = a * a / b * (2.0 - UP)
+        usual = (a > 1.0 / FAR) & (a < FAR) & (b > 1.0 / FAR) & (b < FAR)
+        return np.where(usual & (found > 1.0 / FAR) & (found < FAR), found, 0.0)
 
     @staticmethod
     def root(a: Array) -> Array:
@@ -76,7 +85,7 @@ class Floats(Form):
     def exceeds(a: Array, b: Array, c: Array, d: Array) -> Array:
         """Two roundings in each product, one in the difference: 3 u of both sizes, of 8."""
         one, other = a * b, c * d
-        return one - other >= 8.0 * U * (abs(one) + abs(other)) + TINY
+        return one - other > 8.0 * U * (abs(one) + abs(other)) + TINY
 
     @classmethod
     def numbers(cls, x: Array) -> Array:
@@ -99,8 +108,8 @@ class Floats(Form):
         middle = float(x.mid())
         gap = abs(x - arb(middle)).upper()
         radius = 0.0 if gap == 0 else up(float(gap))
-        if not gap <= radius:
-            raise ArithmeticError("a number is out of the range of doubles")
+        if not (gap <= radius and abs(middle) + radius < LARGEST):
+            raise ArithmeticError("a number is too large for doubles")
         found = cls.unknown(np.array([radius]))
         return cls(np.array([middle]), found.slopes, found.curves, found.rest)
 

@@ -61,8 +61,7 @@ def box_of(search: Search, reduced: Reduced, root: Root) -> list[tuple[float, fl
             ]
         )
     system = search.system(root.chart)
-    with np.errstate(all="ignore"):
-        holds = system.one_zero(np.moveaxis(np.array(boxes), 0, -1), Floats)
+    holds = system.one_zero(np.moveaxis(np.array(boxes), 0, -1), Floats)
     return boxes[int(np.argmax(holds))] if holds.any() else None
 
 

@@ -114,7 +114,8 @@ def test_arithmetic_encloses_the_exact_numbers(kind: type[Form]):
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", KINDS)
 def test_arithmetic_encloses_the_exact_numbers_at_length(kind: type[Form]):
-    assert require_sound_arithmetic(kind, 120, 100) > 100_000
+    rounds = 1112 if kind is Floats else 120
+    assert require_sound_arithmetic(kind, rounds, 100) > (1_000_000 if kind is Floats else 100_000)
 
 
 def test_the_machine_rounds_as_it_must():
@@ -144,7 +145,7 @@ def test_a_product_of_lines_has_no_rest_but_that_of_rounding(kind: type[Form]):
     product = a * b
     assert product.doubles()[0] == 3.0 and list(product.slope_doubles(2)[:, 0]) == [3.0, 1.0]
     assert list((product.curves[:, 0] / kind.UNIT).astype(float)) == [0.0, 1.0, 0.0]
-    assert float(product.rest[0] / kind.UNIT) < 1e-14
+    assert float(product.rest[0] / kind.UNIT) < 2e-14
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -158,7 +159,7 @@ def test_numbers_become_forms(kind: type[Form]):
             gap = Fraction(min(max(inner, lo), hi)) * kind.UNIT - Fraction(form.value[0])
             assert abs(gap) <= Fraction(form.slopes[2, 0]) + Fraction(form.rest[0])
         with ctx.workprec(BITS):
-            ball = arb(x).exp() if x < 100 else arb(x)
+            ball = arb(x).exp() if x < 60 else arb(x)
             constant = kind.enclosing(ball)
             assert constant.lowest()[0] / arb(kind.UNIT) <= ball <= constant.highest()[0] / arb(kind.UNIT)
         assert kind.near(np.array([x])).doubles()[0] == pytest.approx(x, abs=1e-17)
