@@ -46,7 +46,7 @@ class Cells:
     data: Array
     """(6, N): y; a cable."""
     kept: Array
-    """(6, 2, N), of a cut."""
+    """(3 or 6, 2, N), of a cut."""
 
     @staticmethod
     def of(leaves: Sequence[Leaf], owner: Array) -> Cells:

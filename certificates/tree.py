@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import struct
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from enum import IntEnum
 
@@ -21,7 +21,7 @@ class Node(IntEnum):
     SIDES = 6
     """The two sides of the plane of the centres, + first."""
     CUT = 7
-    """The lengths cannot hold in the rest of the cell: a byte of bits for (u, x), then new bounds."""
+    """The lengths cannot hold in the rest of the cell, on its side: a byte of bits, then new bounds."""
     HAND_ON = 8
     """From cells in u to cells in (u, x)."""
     NO_POSITION = 16
@@ -107,13 +107,8 @@ def decode(content: bytes, start: Cell, reach: float, planar: bool) -> Iterator[
         elif code == Node.HAND_ON and not cell.placed:
             most = [(-reach, reach) if k != 1 or not planar else (0.0, 0.0) for k in range(3)]
             below = (Cell(cell.chart, (*cell.bounds, *most)),)
-        elif code == Node.CUT and cell.placed:
-            kept = cell
-            mask = int(take("B")[0])
-            for k in range(6):
-                if mask >> k & 1:
-                    lo, hi = take("dd")
-                    kept = narrowed(kept, k, lo, hi)
+        elif code == Node.CUT and (cell.placed or cell.side != 0):
+            kept = cut(cell, take)
             yield Leaf(cell, Node.CUT, kept=kept)
             below = (kept,)
         elif code in tuple(Node)[3:] and not (code == Node.NO_POSITION and cell.placed):
@@ -134,6 +129,18 @@ def halved(cell: Cell, k: int) -> tuple[Cell, Cell]:
     if not lo < 0.5 * (lo + hi) < hi:
         raise Malformed("a tree splits a cell that is too small")
     return cell.halves(k)
+
+
+def cut(cell: Cell, take: Callable[[str], tuple[float, ...]]) -> Cell:
+    """Return what is left of a cell, refused where an entry is cut that it does not have."""
+    mask = int(take("B")[0])
+    if mask >> len(cell.bounds):
+        raise Malformed("a tree cuts an entry that its cell does not have")
+    for k in range(len(cell.bounds)):
+        if mask >> k & 1:
+            lo, hi = take("dd")
+            cell = narrowed(cell, k, lo, hi)
+    return cell
 
 
 def narrowed(cell: Cell, k: int, lo: float, hi: float) -> Cell:

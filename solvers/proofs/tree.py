@@ -61,7 +61,8 @@ class Trees:
         self.nodes: dict[Cell, bytes] = {}
         """The node of each cell, as it is written."""
         self.tied: set[Cell] = set()
-        """Cells cut by pivots instead of which the checker may choose others."""
+        """Cells cut by pivots instead of which the checker may choose others, and all cut cells in u:
+        it has its own way to the position there."""
 
     def add(self, rows: Floats, columns: int) -> None:
         """Add notes of cells with so many columns; a later one of a cell counts."""
@@ -74,9 +75,10 @@ class Trees:
         if fate < 6:
             return bytes([fate])
         if fate == notes.CUT:
-            if data[12]:
+            entries = 3 if len(cell) == TURNED else 6
+            if data[2 * entries] or entries == 3:
                 self.tied.add(cell)
-            changed = [k for k in range(6) if (data[2 * k], data[2 * k + 1]) != cell[2 * k : 2 * k + 2]]
+            changed = [k for k in range(entries) if (data[2 * k], data[2 * k + 1]) != cell[2 * k : 2 * k + 2]]
             bounds = (struct.pack("<dd", *data[2 * k : 2 * k + 2]) for k in changed)
             return bytes([Node.CUT, sum(1 << k for k in changed)]) + b"".join(bounds)
         node = NODES[fate]

@@ -36,8 +36,9 @@ from solvers.six_dof.cells import rotation_cells as turn
 
 COLUMNS = 8
 """Of a cell that are noted: all but its share."""
-DATA = 6
-"""Columns of data: y, or the cable that is too long."""
+DATA = 7
+"""Columns of data: y, the cable that is too long, or the bounds of u that are left and whether the
+checker may choose other pivots."""
 
 
 @kernel()
@@ -46,7 +47,8 @@ def note_cables(
 ) -> None:
     """Note for every lane that is NOT_SLACK the cable that is too long by the largest bound."""
     for lane in range(count):
-        notes[first + lane, COLUMNS + 2] = 0.0
+        if states[lane] == NOT_SLACK:
+            notes[first + lane, COLUMNS + 2] = 0.0
     for i in range(model.n_taut, model.lengths.shape[0]):
         cable_rows(F, SLACK_CABLE, model, i, model.orders[0, 0], S)
         length_row(F, SCRATCH, SLACK_CABLE, S)

@@ -26,7 +26,7 @@ from solvers.forward import answer_question, pose_problem
 from solvers.proofs import recorder
 from solvers.proofs.document import certificate_bytes
 from solvers.proofs.recorder import Patience
-from solvers.proofs.tree import Cell, Trees, box_of
+from solvers.proofs.tree import TURNED, Cell, Trees, box_of
 from solvers.questions.problem import Options
 from solvers.six_dof.record import Record
 from tests.support.planted import platform
@@ -43,16 +43,22 @@ def grown(generator: random.Random, trees: Trees, start: Cell, size: int) -> dic
     waiting = [start]
     while waiting:
         cell = waiting.pop(generator.randrange(len(waiting)))
+        if cell in fates:
+            # Both sides hand on the same cell.
+            continue
         turned = len(cell) == 8
         inner = [k for k in range(3 if turned else 6) if cell[2 * k] < cell[2 * k + 1]]
-        inner += [notes.HAND_ON] if turned else [notes.CUT]
+        inner += [notes.HAND_ON] if turned else []
+        inner += [notes.CUT] if not turned or cell[7] != 0.0 else []
         inner += [notes.SIDES] if turned and cell[7] == 0.0 else []
         outer = [NO_LENGTH, NOT_SLACK, UNBALANCED, notes.IN_BOX, notes.UNDECIDED]
         fate = generator.choice(inner if len(fates) < size else outer + [NO_POSITION] * turned)
         data = [0.0] * 13
         if fate == notes.CUT:
-            data[:12] = cell[:12]
-            data[2], data[7] = 0.5 * (cell[2] + cell[3]), 0.25 * cell[6] + 0.75 * cell[7]
+            bounds = 6 if turned else 12
+            data[:bounds] = cell[:bounds]
+            data[2] = 0.5 * (cell[2] + cell[3])
+            data[bounds - 1] = 0.25 * cell[bounds - 2] + 0.75 * cell[bounds - 1]
         elif fate == NOT_SLACK:
             data[0] = 1.0
         elif fate == UNBALANCED:
@@ -70,7 +76,7 @@ def test_the_checker_reads_the_cells_and_fates_that_were_noted(planar: bool) -> 
         trees = Trees([7, 3], 2.0, REACH, planar)
         fates = grown(generator, trees, START, generator.randrange(40))
         tree = trees.encoded(START, lambda cell, node: False)
-        read = list(decode(tree, box_of(START), REACH, planar))
+        read = set(decode(tree, box_of(START), REACH, planar))
         boxes = {box_of(cell): fate for cell, fate in fates.items()}
         inner = (*range(6), notes.SIDES, notes.HAND_ON)
         ends = {box: fate for box, fate in boxes.items() if fate not in inner}
@@ -79,6 +85,7 @@ def test_the_checker_reads_the_cells_and_fates_that_were_noted(planar: bool) -> 
             fate = ends[leaf.cell]
             if fate == notes.CUT:
                 assert leaf.node is Node.CUT and leaf.kept is not None and leaf.kept != leaf.cell
+                assert leaf.kept.side == leaf.cell.side and leaf.cell.placed == (leaf.cell.side == 0)
             elif fate == NOT_SLACK:
                 assert leaf.node is Node.TOO_LONG and leaf.data == (3,)
             elif fate == UNBALANCED:
@@ -86,7 +93,11 @@ def test_the_checker_reads_the_cells_and_fates_that_were_noted(planar: bool) -> 
             else:
                 names = {notes.IN_BOX: Node.ROOT, notes.UNDECIDED: Node.UNDECIDED}
                 assert leaf.node is names.get(fate, Node.NO_LENGTH if fate == NO_LENGTH else Node.NO_POSITION)
-        assert {trees.leaf(cell, trees.nodes[cell]) for cell in fates if box_of(cell) in ends} == set(read)
+        assert {trees.leaf(cell, trees.nodes[cell]) for cell in fates if box_of(cell) in ends} == read
+        # What is cut in u is tried before it is written: the checker has its own way to the position.
+        assert trees.tied == {
+            cell for cell, fate in fates.items() if fate == notes.CUT and len(cell) == TURNED
+        }
 
 
 def test_what_is_missing_or_doubtful_is_pending() -> None:
