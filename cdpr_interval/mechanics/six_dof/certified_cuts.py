@@ -28,8 +28,8 @@ USEFUL_CUT = 0.7
 """A cut is made when some entry keeps at most this share of its width."""
 WIDER = 1e-9
 """A kept interval is widened by this share of its width, so that the checker confirms it."""
-ROUNDING = 2.0**-46
-"""And by this share of itself."""
+ROUNDING = 2.0**-40
+"""And by this share of itself, or of 1 where it is less: so much the checker may lose in rounding."""
 
 
 @kernel(signatures(lanes, types.int64))
@@ -139,7 +139,7 @@ def cut(
                 continue
             c, rest = W[PASSED, CENTRE_OF, lane], wider * (W[PASSED, CHANGE_OF, lane] - abs(slope))
             middle, radius = 0.5 * (lo + hi), 0.5 * (hi - lo) / slope
-            slack = WIDER * (hi - lo) + ROUNDING * max(abs(lo), abs(hi))
+            slack = WIDER * (hi - lo) + ROUNDING * max(abs(lo), abs(hi), 1.0)
             low = max(lo, middle - radius * (c + rest) - slack) + 0.0
             high = min(hi, middle - radius * (c - rest) + slack) + 0.0
             if low < high and high - low <= USEFUL_CUT * (hi - lo):
