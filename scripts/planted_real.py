@@ -1,15 +1,17 @@
 """Random platforms on pulleys and elastic cables whose static pose is known: none may be lost.
 
 Run as ``python scripts/planted_real.py [COUNT [SEED]]``. Three to eight cables, all taut, straight or over
-a pulley (up to 6 cm on 1 to 2 m), inextensible (six at most) or stretched by up to 5 %; the taut cables alone
-are asked for. One line for each number of cables:
+a pulley on one joint or two (up to 6 cm on 1 to 2 m), some so nearly straight that they lift off it,
+inextensible (six at most) or stretched by up to 5 %; the taut cables alone are asked for. One line for each
+number of cables:
 
     found       a proved solution
     undecided   in an undecided region
     pending     not found before the cell limit
     LOST        none of these: a wrong proof of completeness; the exit code is 1
 
-``tests.support.planted.pulleys.plant(SEED, CABLES)`` and ``stretched`` here make the robot of a line.
+``tests.support.planted.pulleys.plant(SEED, CABLES, any_cable)`` and ``stretched`` here make the robot of a
+line.
 """
 
 from __future__ import annotations
@@ -30,7 +32,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from cdpr_interval.robots.cable_robot import Cable, Elasticity, Platform, Robot
 from cdpr_interval.robots.pulley import Pulley
 from solvers import Result, forward_kinematics
-from tests.support.planted.pulleys import Planted, exact, plant
+from tests.support.planted.pulleys import Planted, any_cable, exact, plant
 
 COUNTS = (3, 4, 5, 6, 7, 8)
 MOST_RIGID = 6
@@ -68,7 +70,11 @@ def stretched(planted: Planted, seed: int) -> tuple[Robot, list[Fraction]]:
         pulley = None
         if cable.radius > 0.0:
             pulley = Pulley(
-                Fraction(cable.radius), Fraction(cable.arm), 1, exact(cable.axis), Fraction(cable.lead_in)
+                Fraction(cable.radius),
+                Fraction(cable.arm),
+                cable.joints,
+                exact(cable.axis),
+                Fraction(cable.lead_in),
             )
         own = Cable(f"c{i + 1}", exact(cable.exit), exact(planted.arms[i]), elasticity, pulley=pulley)
         cables.append(own)
@@ -95,7 +101,7 @@ def verdict(planted: Planted, result: Result) -> str:
 def solve(seed: int) -> Fate:
     """Plant and solve one robot."""
     count = COUNTS[seed % len(COUNTS)]
-    planted = plant(seed, count)
+    planted = plant(seed, count, any_cable)
     robot, lengths = stretched(planted, seed)
     started = time.process_time()
     result = forward_kinematics(robot, lengths, taut=range(count), cell_limit=CELLS)

@@ -16,6 +16,7 @@ from cdpr_interval.engine.search import Report
 from cdpr_interval.exact import balls
 from cdpr_interval.exact.enclosure import enclose
 from cdpr_interval.mechanics.cables.path import Balls, OffTheCable, Path
+from cdpr_interval.mechanics.cables.pulley import OverPulley
 from cdpr_interval.mechanics.energy import has_negative_direction, on_kernel, positive_definite, skew
 from cdpr_interval.mechanics.six_dof.frame import Frame, Pose
 from cdpr_interval.mechanics.stability import Stability
@@ -256,6 +257,9 @@ class Seen:
     path: Path
     turning: arb_mat
     """The derivative (3, 3) of the direction by the anchor."""
+    free: arb
+    """What a density is multiplied by: the free part, of a rope that has lifted off what is beyond the place
+    where it does, as ``real.path`` has it."""
 
     @property
     def direction(self) -> arb_mat:
@@ -274,7 +278,10 @@ def views(problem: Problem, pose: Pose) -> list[Seen] | None:
             path = model.route.path((x, y, z), numbers)
         except OffTheCable:
             return None
-        found.append(Seen(r, path, arb_mat(model.route.turning(path, (x, y, z), numbers))))
+        free = path.free
+        if path.is_past and isinstance(model.route, OverPulley):
+            free -= model.route.arriving(numbers)
+        found.append(Seen(r, path, arb_mat(model.route.turning(path, (x, y, z), numbers)), free))
     return found
 
 
@@ -351,7 +358,7 @@ def _numbers(problem: Problem, view: list[Seen], densities: dict[int, arb]) -> t
     tensions = np.zeros((len(view), 2))
     distances = np.array([balls.to_bounds(seen.path.length) for seen in view])
     for i, t in densities.items():
-        lo, hi = balls.to_bounds(t * view[i].path.free)
+        lo, hi = balls.to_bounds(t * view[i].free)
         tensions[i] = max(lo, 0.0), hi
         if not problem.loaded.models[i].law.stretches:
             lo, hi = balls.to_bounds(length_ball(problem, i))
@@ -371,7 +378,7 @@ def stability_of(problem: Problem, view: list[Seen], densities: dict[int, arb], 
         seen = view[i]
         a, r = seen.direction, seen.arm
         move = _beside(balls.identity(), skew(r) * arb(-1))
-        tension = t * seen.path.free
+        tension = t * seen.free
         outer = (a * r.transpose() + r * a.transpose()) * arb(0.5)
         turned = (outer - balls.identity() * balls.dot(a, r)) * tension
         form += move.transpose() * seen.turning * move * tension + _corner(turned)

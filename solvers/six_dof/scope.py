@@ -4,9 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from cdpr_interval.exact.range import as_range
+from cdpr_interval.mechanics.cables.pulley import LEAD_ROOM
 from cdpr_interval.mechanics.loaded import NO_FORCE
 from cdpr_interval.robots.cable_robot import SIX_DOF, Robot
 from cdpr_interval.robots.numbers import Point
+from cdpr_interval.robots.pulley import BISECTOR
 from cdpr_interval.text.count import counted
 from solvers.questions.arguments import Label
 from solvers.questions.checked import uncertain_data
@@ -29,11 +32,19 @@ def accepts(robot: Robot) -> bool:
 
 def refuses(robot: Robot, force: Point = NO_FORCE) -> str | None:
     """Return why this version cannot treat a platform under a force (N); None where it can."""
-    if any(c.pulley is not None and c.pulley.joints == 2 and not c.pulley.is_plain for c in robot.cables):
-        return "platforms on pulleys with two joints are not supported yet"
-    if needs_real_cells(robot):
-        return uncertain_data(robot, force, asker="platforms on pulleys or elastic cables")
-    return None
+    if not needs_real_cells(robot):
+        return None
+    for cable in robot.cables:
+        pulley = cable.pulley
+        if pulley is None or pulley.is_plain or pulley.joints == 1:
+            continue
+        if pulley.balance == BISECTOR:
+            return f"{cable.name}: a platform needs balance: exact, with the bisector forces have no energy"
+        least = LEAD_ROOM * (as_range(pulley.arm_length).hi + as_range(pulley.radius).hi)
+        if not as_range(pulley.lead_in).lo > least:
+            rule = "a platform on two joints needs a lead-in above three times arm and radius together"
+            return f"{cable.name}: {rule}, {float(least):.6g} m, got {float(as_range(pulley.lead_in).lo):.6g}"
+    return uncertain_data(robot, force, asker="platforms on pulleys or elastic cables")
 
 
 def needs_real_cells(robot: Robot) -> bool:

@@ -438,13 +438,13 @@ def test_validate_warns_of_what_is_hardly_meant_and_prints_notes(tmp_path):
 
 def test_validate_says_what_this_version_cannot_solve(tmp_path):
     robot = load_robot("uc2")
-    pulley = Pulley("0.02", joints=2, lead_in=1)
+    pulley = Pulley("0.02", joints=2, lead_in=1, balance="bisector")
     path = tmp_path / "swinging.yaml"
     robot.replace(cables=[cable.replace(pulley=pulley) for cable in robot.cables]).save(path)
     result = run("validate", path)
     assert result.exit_code == 0 and ": valid, " in result.stdout
     (warning,) = lines(result)
-    reason = "platforms on pulleys with two joints"
+    reason = "c1: a platform needs balance: exact"
     assert warning.startswith(f"warning: this version cannot solve it: {reason}")
     assert run(path, "--lengths", "7.5,8").exit_code == 2
 

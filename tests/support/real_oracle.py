@@ -45,7 +45,7 @@ def robot_of(planted: Planted, stiffness: float | None = None) -> Robot:
         }
         if cable.radius:
             one["pulley"] = {
-                "joints": 1,
+                "joints": cable.joints,
                 "radius_m": cable.radius,
                 "arm_m": cable.arm,
                 "lead_in_m": cable.lead_in,

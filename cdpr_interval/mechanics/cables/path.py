@@ -40,6 +40,8 @@ class Path(NamedTuple):
     """Where the rope meets the pulley."""
     centre: Triple
     """Of the pulley."""
+    is_past: bool = False
+    """The rope does not touch its pulley: all of it is the last straight piece."""
 
 
 class OffTheCable(ValueError):
@@ -121,8 +123,8 @@ class Floats:
 class Balls:
     """Real balls, which enclose; work under `cdpr_interval.exact.balls.precision`."""
 
-    REACH = 1e-6
-    """Radius of the first ball in which a zero is looked for."""
+    REACHES = (1e-6, 1e-4, 1e-2)
+    """Radii of the balls in which a zero is looked for."""
     STEPS = 8
     """Newton steps; each doubles the digits."""
 
@@ -160,22 +162,27 @@ class Balls:
         OffTheCable
             None is proved there.
         """
-        within = arb(start, self.REACH)
+        for reach in self.REACHES:
+            found = self._zero(function, arb(start, reach))
+            if found is not None:
+                return found
+        raise OffTheCable
+
+    def _zero(self, function: Callable[[arb], tuple[arb, arb]], within: arb) -> arb | None:
+        """Enclose the only zero in a ball; None where none is proved."""
         proved = False
         for _ in range(self.STEPS):
             middle = arb(within.mid())
             value, _ = function(middle)
             _, slope = function(within)
             if slope.contains(0) or not slope.is_finite():
-                raise OffTheCable
+                return None
             image = middle - value / slope
             proved = proved or within.contains_interior(image)
             if not within.overlaps(image):
-                raise OffTheCable
+                return None
             within = within.intersection(image)
-        if not proved:
-            raise OffTheCable
-        return within
+        return within if proved else None
 
 
 def minus(a: Sequence[Any], b: Sequence[Any]) -> Triple:

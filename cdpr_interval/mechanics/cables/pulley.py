@@ -20,7 +20,10 @@ measured from C; the direction is then not quite a gradient.
 
 Where the wrap would be negative the rope does not touch the pulley and runs straight from C to X. In
 exact balance that is so where no arm is in balance, and one can hang beside that line, which then passes A
-at no more than h - r: lead_in x <= (h - r) |X - C|.
+at no more than h - r: lead_in x <= (h - r) |X - C|. Where X, beyond A, is 2 (h + r) or
+farther from it, and C 3 (h + r), the one is so if and only if the other is: delta -> the direction of a + c,
+of -a - c where the wrap is negative, is a contraction there, and the wrap at its only fixed point vanishes
+where the line passes A at h - r.
 """
 
 from __future__ import annotations
@@ -51,6 +54,8 @@ Flat = tuple[Any, Any]
 """A point or vector in the plane of the cable: along u, along k."""
 ROUNDING = 1e-6
 """Rad: how far from zero rounding can bring an angle of wrap in floats, at the pulley itself."""
+ROOM, LEAD_ROOM = 2, 3
+"""Least distances of X and C from A, over arm and radius, at which two joints have one balance."""
 GRID = 64
 """Angles of an arm that are tried where Newton's method from the bisector does not find its balance."""
 
@@ -212,7 +217,7 @@ class OverPulley:
             half = numbers.angle(plane.x, -plane.y) / 2
             aside = self._hung(half, numbers) if self.bisector else (h * line.along[1], -h * line.along[0])
         direction = combined((line.along[0], plane.u), (line.along[1], plane.k))
-        return Path(line.free, line.free, none, none, direction, start, start, plane.point(aside))
+        return Path(line.free, line.free, none, none, direction, start, start, plane.point(aside), True)
 
     def _plane(self, anchor: Triple, numbers: Numbers) -> _Plane:
         k = numbers.point(self.axis)
@@ -238,6 +243,8 @@ class OverPulley:
             if found is None and not self._room(plane):
                 raise OffTheCable
             return found
+        if self._runs_past(plane, numbers):
+            return None
         x, y = float(plane.x.mid()), float(plane.y.mid())
         guess = self._balanced(_Plane((0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 0.0, 1.0), x, y))
         if guess is None:
@@ -247,6 +254,23 @@ class OverPulley:
         if not self._forces(delta, plane, numbers)[2] > 0:
             raise OffTheCable
         return delta
+
+    def _runs_past(self, plane: _Plane, numbers: Numbers) -> bool:
+        """Return True where it is proved that no arm on two joints is in balance."""
+        far, lead_in = self.arm + self.radius, numbers.number(self.lead_in)
+        if not (self.arm > self.radius and self.lead_in > LEAD_ROOM * far and plane.y > 0):
+            return False
+        near = ROOM * far
+        if not plane.x * plane.x + plane.y * plane.y > numbers.number(near * near):
+            return False
+        reach = numbers.number(self.arm - self.radius) * self._straight(plane, numbers).free
+        return bool(lead_in * plane.x < reach)
+
+    def arriving(self, numbers: Numbers) -> Any:
+        """Return how much of a rope, m, arrives at the pulley where it lifts off."""
+        if self.joints == 2:
+            return numbers.sqrt(numbers.number(self.lead_in**2 - (self.arm - self.radius) ** 2))
+        return numbers.sqrt(numbers.number(self.lead_in**2 + self.arm**2 - self.radius**2))
 
     def _room(self, plane: _Plane) -> bool:
         """Return True where the arm can hang beside the straight line from C, in floats."""

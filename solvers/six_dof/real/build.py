@@ -39,6 +39,8 @@ class RealCable(NamedTuple):
     axis: Vector = (Fraction(0), Fraction(0), Fraction(1))
     """k, of any length but zero."""
     lead_in: Fraction = Fraction(0)
+    joints: int = 1
+    """2: in exact balance."""
     compliance: tuple[Fraction, Fraction] = (Fraction(0), Fraction(0))
     """Bounds of 1 / k, the stretch by 1 N."""
 
@@ -53,47 +55,50 @@ def build(
 ) -> RealModel:
     """Enclose the cables in the arrays of a ``RealModel``; the taut ones come first.
 
-    A search is faster where of these those come first that do not stretch; with more than six taut cables it
-    needs them there.
+    Those first that do not stretch: a search is faster, and with more than six taut cables needs it.
     """
     exits, exits_err = _vectors([c.exit for c in cables])
     arms, arms_err = _vectors([c.arm for c in cables])
     force, force_err = _vectors([load])
     axes = np.array([_unit(c.axis) for c in cables]).reshape(-1, 3)
-    radius = np.array([float(c.radius) for c in cables])
-    arm = np.array([max(float(c.pulley_arm), float(c.radius)) for c in cables])
-    lead = np.array([float(c.lead_in) for c in cables])
-    fixed, fixed_err, angle = _arrival(
-        radius, arm, lead, np.array([c.lead_in == 0 and c.pulley_arm <= c.radius for c in cables])
-    )
+    radius, arm, lead = np.array([_sizes(c) for c in cables]).reshape(-1, 3).T.copy()
+    joints = np.array([c.joints if c.radius > 0 else 1 for c in cables], dtype=np.int64)
+    at_start = np.array([c.lead_in == 0 and c.pulley_arm <= c.radius for c in cables])
+    fixed, fixed_err, angle, before = _arrival(radius, arm, lead, at_start)
+    fixed, before = np.where(joints == 2, lead, fixed), _before(before, lead, arm - radius, joints)
     point = np.linalg.norm(exits_err, axis=1) + np.linalg.norm(arms_err, axis=1)
     shift = np.stack(
         [(point + fixed_err + 4.0 * UNIT * (radius + arm)) * 1.01, 8.0 * UNIT * (radius > 0.0)], axis=1
     )
     lengths = np.array([_outward(*c.length) for c in cables])
     compliance = np.array([_outward(*c.compliance) for c in cables])
-    least = np.where(radius > 0.0, fixed - radius * (1.5 * np.pi) - arm - radius, fixed)
-    most = np.where(radius > 0.0, fixed + radius * np.pi + arm, fixed)
-    # The rope of a longer arm lifts off the pulley at theta_K, and is then as long as |X - C|.
-    lifts = np.array([c.radius > 0 and c.pulley_arm > c.radius for c in cables])
-    lift_off = np.where(lifts, angle - fixed_err / np.maximum(radius, 1e-300), np.pi)
-    least = np.where(lifts, np.minimum(least, -lead), least)
-    most = np.where(lifts, np.maximum(most, lead), most)
+    # The rope of a longer arm lifts off: on one joint at theta_K.
+    lifts = np.array([c.radius > 0 and c.pulley_arm > c.radius for c in cables]) & (joints == 1)
+    least, most = _excess(radius, arm, lead, fixed, before, lifts, joints == 2)
     margin = shift[:, 0] + 1e-12 * (1.0 + arm)
     reach = np.linalg.norm(arms, axis=1) + np.linalg.norm(arms_err, axis=1)
-    # Where the rope leaves: the pulley, or C.
-    foot_reach = np.where(lifts, np.maximum(arm + radius, lead), arm + radius) * (1.0 + 1e-14)
+    # T: a rope that runs past its pulley to next to it leaves a little before X, see ``_excess``.
+    foot_reach = (arm + radius) * (1.0 + 1e-14) + np.where(lifts, 4e-3 * (lead + arm), 0.0)
+    sway = radius + np.where(joints == 2, 0.5 * arm, 0.0)
+    lifting = _lifting(lifts, angle, fixed_err / np.maximum(radius, 1e-300))
     paths = _paths(exits, reach, foot_reach, lengths, compliance, most + margin, force[0], n_taut)
     return RealModel(
         n_taut=n_taut,
         statics=statics,
         slack=slack,
         exits=exits,
+        joints=joints,
         axes=axes,
         radius=radius,
         arm=arm,
+        simple=~lifts & (joints == 1),
+        is_simple=not (lifts.any() or (joints == 2).any()),
+        rows=np.column_stack([exits, axes, radius, arm, lead, before, sway, *lifting, shift, joints]),
+        sway=sway,
+        lead=lead,
         fixed=fixed,
-        lift_off=np.minimum(lift_off, np.pi),
+        before=before,
+        lift_off=lifting[0],
         foot_reach=foot_reach,
         least_excess=least - margin,
         most_excess=most + margin,
@@ -119,8 +124,8 @@ def _rigid(compliance: Floats) -> int:
 
 def _arrival(
     radius: Floats, arm: Floats, lead: Floats, exact_start: NDArray[np.bool_]
-) -> tuple[Floats, Floats, Floats]:
-    """Return |CK| + r theta_K of each cable (N,), the error of that, and theta_K.
+) -> tuple[Floats, Floats, Floats, Floats]:
+    """Return |CK| + r theta_K of each cable (N,), the error of that, theta_K and |CK|, of one joint.
 
     ``exact_start`` (N,): the rope starts where it meets the pulley.
     """
@@ -136,7 +141,53 @@ def _arrival(
     loss = np.where(
         exact_start, 0.0, 4.0 * wrapped * wrapped / np.maximum(straight, np.maximum(3e-8 * wrapped, 1e-12))
     )
-    return fixed, UNIT * np.where(radius > 0.0, fixed + loss + 8.0 * radius, lead), angle
+    error = UNIT * np.where(radius > 0.0, fixed + loss + 8.0 * radius, lead)
+    return fixed, error, angle, tangent
+
+
+def _sizes(cable: RealCable) -> tuple[float, float, float]:
+    """Return radius, arm and lead-in."""
+    radius = float(cable.radius)
+    return radius, max(float(cable.pulley_arm), radius), float(cable.lead_in)
+
+
+def _before(tangent: Floats, lead: Floats, across: Floats, joints: NDArray[np.int64]) -> Floats:
+    """Return how much of a rope (N,) arrives where it lifts off.
+
+    With two joints its straight line from C passes A at h - r then.
+    """
+    return np.where(joints == 2, np.sqrt(np.maximum((lead - across) * (lead + across), 0.0)), tangent)
+
+
+def _lifting(lifts: NDArray[np.bool_], angle: Floats, error: Floats) -> tuple[Floats, Floats]:
+    """Return bounds (N,) of theta_K; of ropes that never lift off pi and infinity."""
+    below = np.minimum(np.where(lifts, angle - error, np.pi), np.pi)
+    return below, np.where(lifts, angle + error + 4.0 * UNIT, np.inf)
+
+
+def _excess(
+    radius: Floats,
+    arm: Floats,
+    lead: Floats,
+    fixed: Floats,
+    before: Floats,
+    lifts: NDArray[np.bool_],
+    hangs: NDArray[np.bool_],
+) -> tuple[Floats, Floats]:
+    """Return bounds (N,) of L - |X - A|, wherever X is.
+
+    With two joints, ``hangs``, the rope passes A at h - r in the middle of its wrap W, or nearer where it
+    runs past the pulley; and each leg is by h sin(W / 2) shorter than lead-in and |X - A|, or more. Past one
+    joint L = ``before`` + |X - T|, or X is nearer to C than that, and then within h + r of A.
+    """
+    near = arm + radius
+    least = np.where(radius > 0.0, fixed - radius * (1.5 * np.pi) - near, fixed)
+    most = np.where(radius > 0.0, fixed + radius * np.pi + arm, fixed)
+    least = np.where(lifts, np.minimum(least, lead - 2.0 * near), least)
+    most = np.where(lifts, np.maximum(most, before + near), most)
+    least = np.where(hangs, lead - 2.0 * (arm - radius), least)
+    most = np.where(hangs, lead + 2.0 * np.pi * radius, most)
+    return least, most
 
 
 def cables_of(problem: Problem) -> list[RealCable]:
@@ -149,7 +200,15 @@ def cables_of(problem: Problem) -> list[RealCable]:
         if isinstance(route, OverPulley):
             found.append(
                 RealCable(
-                    route.point, arm, length, route.radius, route.arm, route.axis, route.lead_in, compliance
+                    route.point,
+                    arm,
+                    length,
+                    route.radius,
+                    route.arm,
+                    route.axis,
+                    route.lead_in,
+                    route.joints,
+                    compliance,
                 )
             )
         else:

@@ -23,13 +23,19 @@ SHARE = DENSITIES + 2 * MOST_CARRYING
 REAL_COLUMNS = RealColumns(variables=6, chart=12, share=SHARE, width=SHARE + 1)
 """Cells in (u, p): bounds of u, then bounds of the centre of mass, which are any box that holds it."""
 
+EXIT, AXIS, RADIUS, ARM, LEAD, BEFORE, SWAY, LIFT_OFF, LIFT_ABOVE, SHIFT, JOINTS = 0, 3, *range(6, 14), 15
+"""Of a cable over a pulley what ``RealModel`` has of it, exit, axis and shift in three, three and two
+columns."""
+ROW = 16
+"""How many there are."""
+
 PATH, FREE, SIDE, HEIGHT, RHO = range(5)
 """Of a cable at one anchor position X0: path length L, free length sigma, x, y and rho of the pulley's
 plane;"""
 ALONG, FOOT, ACROSS, ASIDE = 5, 8, 11, 14
 """the unit vector a, the tangent point T, the normal n and the swivel direction w, three columns each;"""
 WRAP, SIZE, OFF_LENGTH, OFF_POINT, AWAY = range(17, 22)
-"""psi, the size of all terms, rounding of L and of T, |X0 - A|;"""
+"""psi, with two joints the wrap, the size of all terms, rounding of L and of T, |X0 - A|;"""
 REACH, LEAST_FREE, LEAST_SIDE, LOOSE, DRIFT = range(22, 27)
 """how far X may be from X0, the least sigma and x there, the error of the path length as that of a sphere
 about T0, how far T may be from T0;"""
@@ -39,7 +45,12 @@ LOWEST, HIGHEST = 32, 33
 """bounds of the path length, by length and stretch;"""
 WAY = 34
 """X0 - A."""
-SEEN = 37
+STATE = 37
+"""STRAIGHT from the exit point, PRESSED on the pulley, or PAST it; within a reach also BOTH of these;"""
+STRAIGHT, PRESSED, PAST, BOTH = 0.0, 1.0, 2.0, 3.0
+TURN, OUT, LEAN = 38, 39, 40
+"""only with two joints: kappa, T_u, and h beta f in the base frame, three columns."""
+SEEN = 43
 """How many there are."""
 
 CENTRE, FIRST, SECOND, RANGE, BOX, NEXT, FORMED, TIGHTER = 0, 3, 12, 30, 33, 39, 40, 41

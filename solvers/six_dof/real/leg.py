@@ -81,7 +81,7 @@ def loads(at: Any, box: Any, switching: int, spans: Any) -> tuple[int, int]:
                 return LIFTS, i
             status, cable = LIFTS, i
             continue
-        off = (1.0 + real.radius[i] / at.seen[i, LEAST_FREE]) * reach * (1.0 + 1e-12)
+        off = (1.0 + real.sway[i] / at.seen[i, LEAST_FREE]) * reach * (1.0 + 1e-12)
         off = up(off + at.seen[i, OFF_POINT])
         spans[i, 0], spans[i, 1] = interval.add(at.seen[i, FREE], at.seen[i, FREE], -off, off)
         spans[i, 0] = max(spans[i, 0], 0.0)

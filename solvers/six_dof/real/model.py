@@ -25,18 +25,34 @@ class RealModel(NamedTuple):
     """Cells where a cable outside the subset would be too long are excluded."""
     exits: Floats
     """(N, 3) the points A: exit points, or where the swivel axis and the pulley's arm meet."""
+    joints: Ints
+    """(N,) of the pulley; 1 of straight cables."""
     axes: Floats
     """(N, 3) unit swivel axes k; of straight cables any unit vector."""
     radius: Floats
     """(N,) r."""
     arm: Floats
     """(N,) h >= r, from A to the pulley's centre."""
+    simple: NDArray[np.bool_]
+    """(N,) straight, or on its pulley wherever it is, and that on one joint."""
+    is_simple: bool
+    """All cables are."""
+    rows: Floats
+    """(N, ROW) some of these arrays once more, for kernels that a whole model is too much for."""
+    sway: Floats
+    """(N,) r, with two joints r + h / 2: the point T moves by at most that over sigma in the plane."""
+    lead: Floats
+    """(N,) the lead-in, from C to A."""
     fixed: Floats
-    """(N,) |CK| + r theta_K: L = fixed - r psi + sigma while the rope touches the pulley."""
+    """(N,) |CK| + r theta_K: L = fixed - r psi + sigma while the rope touches the pulley; the lead-in with
+    two joints."""
+    before: Floats
+    """(N,) how much of a rope that runs past its pulley counts as arriving: as much as where it lifts off."""
     lift_off: Floats
-    """(N,) theta_K from below: from there on psi the rope may run past the pulley, straight from C."""
+    """(N,) theta_K from below, with one joint: from there on psi the rope may run past the pulley, straight
+    from C. In ``rows`` also from above, LIFT_ABOVE: beyond that it does, infinite where it never does."""
     foot_reach: Floats
-    """(N,) how far from A the rope may leave towards X: from the pulley, or, lifted off, from C."""
+    """(N,) how far from A the free part of the rope may begin."""
     least_excess: Floats
     """(N,) L - |X - A| is at least this, wherever X is;"""
     most_excess: Floats

@@ -8,10 +8,11 @@ b_i,
 c_i the stretch by 1 N. Everything of a cable is a function of X_i: it is evaluated at the middle, and bounded
 over the ball around that by how fast it changes there (``path``). dT/dX = N changes at most by
 
-    |DN| <= r (1 + r / sigma) / sigma^2 + 2 r m / sigma + r / (sigma x) + 3 (h + r) / x^2,  m = max(1 / sigma,
-    1 / x),
+    |DN| <= r K + h B + 2 w m / sigma + w / (sigma x) + 3 (h + r) / x^2,  m = max(1 / sigma, 1 / x),
 
-for one unit of X, and de/dX = N - I.
+for one unit of X, w = sway, K and B what kappa and beta change by: (1 + r / sigma) / sigma^2 and 0 with one
+joint, see ``swings`` for two; past the pulley by 3 ``before`` / s^2. de/dX = N - I. Where a rope may touch
+its pulley and run past it the derivatives jump: such a box is not looked at.
 
 Arrays: ``real`` is a ``RealModel``; ``z`` (6 + n, 2) a box, ``f`` (6 + n, 2), ``J`` (6 + n, 6 + n, 2) bounds;
 ``C`` (6 + n, 6 + n) is about the inverse of J; ``seen`` (N, SEEN) cables as in ``real.path``; ``at`` is a
@@ -37,17 +38,23 @@ from solvers.six_dof.real.columns import (
     ACROSS,
     ALONG,
     ASIDE,
+    BOTH,
     DRIFT,
     FOOT,
     FREE,
+    LEAN,
     LEAST_FREE,
     LEAST_SIDE,
     OFF_LENGTH,
     OFF_POINT,
+    OUT,
+    PAST,
     PATH,
     SEEN,
     SIDE,
     SIZE,
+    STATE,
+    TURN,
     WRAP,
 )
 from solvers.six_dof.real.path import LEAST_SHARE, ROUNDING, around, see
@@ -132,6 +139,8 @@ def see_over(real: Any, i: int, middle: Any, turned: float, z: Any, seen: Any) -
     reach = reach * (1.0 + 1e-12) + ROUNDING * seen[i, SIZE]
     if not around(real, i, reach, seen) or seen[i, LEAST_SIDE] <= LEAST_SHARE * seen[i, SIZE]:
         return math.inf
+    if seen[i, STATE] == BOTH:
+        return math.inf
     return reach
 
 
@@ -147,17 +156,59 @@ def foot_slopes(real: Any, i: int, reach: float, seen: Any, out: Any) -> None:
         return
     sigma, side = seen[i, LEAST_FREE], seen[i, LEAST_SIDE]
     m = max(1.0 / sigma, 1.0 / side)
-    bend = r * (1.0 + r / sigma) / (sigma * sigma) + 2.0 * r * m / sigma
-    bend += r / (sigma * side) + 3.0 * (h + r) / (side * side)
+    if seen[i, STATE] == PAST:
+        whole = seen[i, FREE] + real.before[i]
+        q = real.before[i] / whole
+        bend = 3.0 * real.before[i] / (sigma + real.before[i]) ** 2
+        off = bend * (reach + seen[i, OFF_POINT]) * (1.0 + 1e-12) + ROUNDING * (2.0 + seen[i, SIZE] * m)
+        for j in range(3):
+            for k in range(3):
+                value = -q * seen[i, ALONG + j] * seen[i, ALONG + k]
+                value -= 1.0 - q if j == k else 0.0
+                out[j, k, 0], out[j, k, 1] = value - off, value + off
+        return
+    turned, leant, _ = swings(real.joints[i], r, h, real.lead[i], sigma)
+    sway, q = real.sway[i], r / seen[i, FREE]
+    if real.joints[i] == 2:
+        c, q = seen[i, OUT] / seen[i, SIDE], r * seen[i, TURN]
+    else:
+        c = (h + r * math.cos(seen[i, WRAP])) / seen[i, SIDE]
+    bend = r * turned + h * leant + 2.0 * sway * m / sigma
+    bend += sway / (sigma * side) + 3.0 * (h + r) / (side * side)
     # The floats at the middle are off by what a change of X by their rounding makes, and some units.
     off = bend * (reach + seen[i, OFF_POINT]) * (1.0 + 1e-12) + ROUNDING * (2.0 + seen[i, SIZE] * m)
-    c = (h + r * math.cos(seen[i, WRAP])) / seen[i, SIDE]
-    q = r / seen[i, FREE]
     for j in range(3):
+        g = -q * seen[i, ALONG + j]
+        if real.joints[i] == 2:
+            g += seen[i, LEAN + j]
         for k in range(3):
-            value = c * seen[i, ASIDE + j] * seen[i, ASIDE + k] - q * seen[i, ALONG + j] * seen[i, ACROSS + k]
+            value = c * seen[i, ASIDE + j] * seen[i, ASIDE + k] + g * seen[i, ACROSS + k]
             value -= 1.0 if j == k else 0.0
             out[j, k, 0], out[j, k, 1] = value - off, value + off
+
+
+@kernel()
+def swings(joints: int, r: float, h: float, lead: float, sigma: float) -> tuple[float, float, float]:
+    """Bound what kappa, beta and grad sigma . n of a rope on its pulley change by for one unit of X.
+
+    ``sigma`` is its least.
+
+    Two joints, all of it from ``path``: with S = 1 / sigma, S' = 1 / sigma', P = 2 + h m (S + S') >= 2 and
+    beta = S / P <= S / 2, for one unit of X in the plane sigma changes by at most 1 + sway S, the wrap by S
+    (1 + h S' / 2), m by half of that, sigma' = sigma'(delta) by at most h S / 2 (1 + r S').
+    """
+    s = 1.0 / sigma
+    if joints == 1:
+        along = (1.0 + r * s) * s * s
+        return along, 0.0, r * along
+    along = (1.0 + (r + 0.5 * h) * s) * s * s
+    other = 1.0 / math.sqrt((lead - h) ** 2 - r * r) * (1.0 + 1e-12)
+    wound = s * (1.0 + 0.5 * h * other)
+    arriving = 0.5 * h * s * (1.0 + r * other) * other * other
+    share = h * (0.5 * wound * (s + other) + along + arriving)
+    leant = (0.5 * along + 0.25 * s * share) * (1.0 + 1e-12)
+    turned = (along + h * (0.25 * wound * s * s + 0.5 * along * s + s * leant)) * (1.0 + 1e-12)
+    return turned, leant, r * turned + h * leant + 0.25 * h * s * wound * (1.0 + 1e-12)
 
 
 @kernel()
@@ -197,7 +248,7 @@ def cable(
     f[i, 0], f[i, 1] = interval.sub(
         seen[i, PATH] - far, seen[i, PATH] + far, real.lengths[i, 0], real.lengths[i, 1]
     )
-    s_off = (1.0 + real.radius[i] / seen[i, LEAST_FREE]) * reach * (1.0 + 1e-12) + seen[i, OFF_POINT]
+    s_off = (1.0 + real.sway[i] / seen[i, LEAST_FREE]) * reach * (1.0 + 1e-12) + seen[i, OFF_POINT]
     s0, s1 = interval.add(seen[i, FREE], seen[i, FREE], -s_off, s_off)
     cs0, cs1 = interval.mul(c0, c1, s0, s1)
     a, b = interval.mul(t0, t1, cs0, cs1)
@@ -227,15 +278,24 @@ def cable_slopes(
     foot_slopes(real, i, reach, seen, N)
     r = real.radius[i]
     sigma, side = seen[i, LEAST_FREE], seen[i, LEAST_SIDE]
-    # a = grad L changes by at most max(1 / sigma, 1 / x), grad sigma = a + (r / sigma) n by some more.
+    # a = grad L changes by at most max(1 / sigma, 1 / x), grad sigma = a + slant n by some more.
     m = max(1.0 / sigma, 1.0 / side)
     off = (m * reach + 2.0 * seen[i, OFF_POINT] * m) * (1.0 + 1e-12) + ROUNDING
-    more = off * (1.0 + r / sigma) + r * (1.0 + r / sigma) * (reach + seen[i, OFF_POINT]) / (sigma * sigma)
+    slant, more = 0.0, off
+    if r > 0.0 and seen[i, STATE] != PAST:
+        slant = r / seen[i, FREE]
+        if real.joints[i] == 2:
+            slant = r * seen[i, TURN]
+            for k in range(3):
+                slant -= seen[i, LEAN + k] * seen[i, ALONG + k]
+        more = off * (1.0 + real.sway[i] / sigma)
+        slopes = swings(real.joints[i], r, real.arm[i], real.lead[i], sigma)
+        more += slopes[2] * (reach + seen[i, OFF_POINT])
     ct0, ct1 = interval.mul(real.compliance[i, 0], real.compliance[i, 1], t0, t1)
     pull = np.empty((3, 2))
     for k in range(3):
         a = seen[i, ALONG + k]
-        g = a + r / seen[i, FREE] * seen[i, ACROSS + k]
+        g = a + slant * seen[i, ACROSS + k] if slant != 0.0 else a
         b0, b1 = interval.mul(ct0, ct1, g - more, g + more)
         pull[k, 0], pull[k, 1] = interval.sub(a - off, a + off, b0, b1)
     for j in range(6):

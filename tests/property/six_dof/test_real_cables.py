@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from fractions import Fraction
 
@@ -23,8 +24,9 @@ from solvers.six_dof.real.roots import RealRoot, root_near, rotation_of
 from solvers.six_dof.real.strands import piece_at, strands_in
 from solvers.six_dof.real.subset import RealSearch
 from solvers.six_dof.real.system import new_bench, system
-from tests.support.planted.pulleys import Floats, Planted, plant
+from tests.support.planted.pulleys import FloatCable, Floats, Planted, any_cable, plant, random_cable
 
+Cable = Callable[[np.random.Generator, float], FloatCable]
 NEAR = 1e-9
 """How far the planted pose may be from the exact one, by rounding."""
 
@@ -44,7 +46,7 @@ def is_planted(planted: Planted, root: RealRoot) -> bool:
 
 @pytest.mark.parametrize("compliance", [0.0, 1e-4, 2e-2, "some"])
 @pytest.mark.parametrize("count", [3, 4, 5, 6, 7, 8])
-@pytest.mark.parametrize("seed", range(5))
+@pytest.mark.parametrize("seed", range(8))
 def test_no_cell_loses_a_planted_pose(seed: int, count: int, compliance: float | str) -> None:
     """Of any cell around a pose, however large, what the search leaves holds the pose.
 
@@ -52,7 +54,8 @@ def test_no_cell_loses_a_planted_pose(seed: int, count: int, compliance: float |
     """
     if compliance == 0.0 and count > 6:
         return
-    planted = plant(seed, count)
+    # From the fourth on two joints and ropes that lift off, too.
+    planted = plant(seed, count, any_cable if seed >= 3 else random_cable)
     rigid = min(6, seed % (count + 1))
     some = [0.0] * rigid + [10.0 ** -(1 + (seed + i) % 4) for i in range(count - rigid)]
     run = RealSearch(planted.real(some if isinstance(compliance, str) else compliance), Budget())
@@ -86,10 +89,11 @@ def test_a_planted_pose_is_found_or_the_search_not_finished(seed: int, count: in
     assert any(is_planted(planted, root) for root in run.roots) or run.pending or len(run.undecided)
 
 
+@pytest.mark.parametrize("cable", [random_cable, any_cable])
 @pytest.mark.parametrize("seed", range(8))
-def test_the_system_over_a_box_encloses_it_at_every_point(seed: int) -> None:
+def test_the_system_over_a_box_encloses_it_at_every_point(seed: int, cable: Cable) -> None:
     """Lengths and balance by the paths in floats, written anew, lie in the bounds; so do slopes."""
-    planted = plant(seed, 4)
+    planted = plant(seed, 4, cable)
     chart, u = chart_and_u(planted)
     bench = new_bench(planted.real(), chart)
     free = np.array(
@@ -101,7 +105,11 @@ def test_the_system_over_a_box_encloses_it_at_every_point(seed: int) -> None:
         spread = np.concatenate([np.full(6, half), np.full(4, 50.0 * half)])
         box = np.stack([middle - spread, middle + spread], axis=1)
         f, J = np.empty((10, 2)), np.empty((10, 10, 2))
-        assert system(bench, box, f, J, True)
+        is_smooth = system(bench, box, f, J, True)
+        assert is_smooth or (cable is any_cable and half > 1e-7)
+        if not is_smooth:
+            # Some rope may lift off there.
+            continue
         for _ in range(20):
             z = middle + spread * rng.uniform(-1.0, 1.0, 10)
             value = equations(planted, chart, z)
@@ -149,19 +157,19 @@ def triple(entries: tuple[str, str, str]) -> Vector:
     return x, y, z
 
 
-def test_a_rope_that_lifts_off_its_pulley_is_not_one_that_touches_it() -> None:
-    """Beyond theta_K the rope runs straight from C: no pose with a negative wrap is proved, none is lost."""
+def test_a_rope_that_lifts_off_its_pulley_has_the_poses_of_a_straight_one() -> None:
+    """Beyond theta_K the rope runs straight from C, which is A here: no negative wrap is proved."""
     cell = np.zeros((1, REAL_COLUMNS.width))
     cell[0, 0:6:2], cell[0, 1:6:2] = -0.1, 0.1
     cell[0, 6:12:2], cell[0, 7:12:2] = [-0.08, 1.14, -0.19], [0.02, 1.26, -0.07]
     cell[0, DENSITIES + 1 : REAL_COLUMNS.share : 2] = np.inf
-    real = RealSearch(lifted(straight=True), Budget(None, 20_000))
-    real.solve(cell.copy())
-    assert len(real.roots) == 1 and not real.pending
-    run = RealSearch(lifted(straight=False), Budget(None, 20_000))
-    run.solve(cell.copy())
-    assert not run.roots
-    assert run.pending or len(run.undecided)
+    found = []
+    for straight in (True, False):
+        run = RealSearch(lifted(straight=straight), Budget(None, 20_000))
+        run.solve(cell.copy())
+        assert len(run.roots) == 1 and not run.pending and not len(run.undecided)
+        found.append(run.roots[0].box[:6].mean(axis=1))
+    assert np.allclose(*found, atol=1e-12)
 
 
 @pytest.mark.parametrize(("seed", "half"), [(1, 5.67e-4), (2, 4e-4), (4, 4.67e-4), (5, 5e-4)])

@@ -25,6 +25,7 @@ class FloatCable:
     radius: float
     arm: float
     lead_in: float
+    joints: int = 1
 
     def path(self, x: Floats) -> tuple[float, Floats, float]:
         """Return length, direction and free length to an anchor."""
@@ -37,14 +38,50 @@ class FloatCable:
         across = g - y * k
         side = float(np.linalg.norm(across))
         u = across / side
-        rho = np.hypot(side - self.arm, y)
+        hub, arrives = (self.arm, 0.0), self.arrival(self.arm, 0.0)
+        if self.joints == 2:
+            delta = self.balance(side, y)
+            hub = (self.arm * np.sin(delta), -self.arm * np.cos(delta))
+            arrives = self.arrival(*hub)
+        before, theta = arrives
+        rho = np.hypot(side - hub[0], y - hub[1])
         free = float(np.sqrt(rho**2 - self.radius**2))
-        psi = np.arctan2(y, side - self.arm) + np.arccos(self.radius / rho)
-        start = np.hypot(self.arm, self.lead_in)
-        before = np.sqrt(max(start**2 - self.radius**2, 0.0))
-        theta = np.pi + np.arctan2(self.lead_in, self.arm) - np.arccos(min(self.radius / start, 1.0))
+        psi = np.arctan2(y - hub[1], side - hub[0]) + np.arccos(self.radius / rho)
+        if theta < psi and (self.arm > self.radius or self.joints == 2):
+            # Past the pulley, straight from the start; what counts as free begins where the rope lifts off.
+            start = x - self.exit + self.lead_in * k
+            whole = float(np.linalg.norm(start))
+            return whole, start / whole, whole - self.arriving()
         length = float(before + self.radius * (theta - psi) + free)
         return length, np.sin(psi) * u - np.cos(psi) * k, free
+
+    def arrival(self, hub: float, lower: float) -> tuple[float, float]:
+        """Return the piece that arrives at a pulley, and the angle where it does."""
+        start = np.hypot(hub, self.lead_in + lower)
+        before = float(np.sqrt(max(start**2 - self.radius**2, 0.0)))
+        angle = np.pi + np.arctan2(self.lead_in + lower, hub) - np.arccos(min(self.radius / start, 1.0))
+        return before, float(angle)
+
+    def arriving(self) -> float:
+        """Return the piece that arrives where the rope lifts off."""
+        if self.joints == 1:
+            return float(np.sqrt(self.lead_in**2 + self.arm**2 - self.radius**2))
+        return float(np.sqrt(self.lead_in**2 - (self.arm - self.radius) ** 2))
+
+    def balance(self, side: float, y: float) -> float:
+        """Return the angle of an arm on two joints by bisection, of a contraction's fixed point."""
+
+        def off(delta: float) -> float:
+            hub = (self.arm * np.sin(delta), -self.arm * np.cos(delta))
+            rho = np.hypot(side - hub[0], y - hub[1])
+            psi = np.arctan2(y - hub[1], side - hub[0]) + np.arccos(self.radius / rho)
+            return float(delta - 0.5 * (psi + self.arrival(*hub)[1]) + 0.5 * np.pi)
+
+        low, high = -2.0, 4.0
+        for _ in range(60):
+            middle = 0.5 * (low + high)
+            low, high = (middle, high) if off(middle) < 0.0 else (low, middle)
+        return 0.5 * (low + high)
 
 
 @dataclass(frozen=True)
@@ -72,6 +109,7 @@ class Planted:
                     Fraction(cable.arm),
                     exact(cable.axis),
                     Fraction(cable.lead_in),
+                    cable.joints,
                     (Fraction(float(c)),) * 2,
                 )
                 for cable, arm, length, tension, c in zip(
@@ -106,6 +144,28 @@ def random_cable(rng: np.random.Generator, angle: float) -> FloatCable:
     arm = radius * float(rng.choice([1.0, 1.5]))
     lead_in = 0.0 if radius == 0.0 or rng.random() < 0.5 else 0.3
     return FloatCable(1.5 * out + [0.0, 0.0, 2.0 + 0.2 * rng.normal()], axis, radius, arm, lead_in)
+
+
+def any_cable(rng: np.random.Generator, angle: float) -> FloatCable:
+    """Return a cable straight, over one joint or two, on its pulley or past it; as `random_cable`.
+
+    A rope that arrives towards the platform may lift off.
+    """
+    plain = random_cable(rng, angle)
+    kind = rng.integers(4)
+    if kind == 0:
+        return plain
+    radius = float(rng.choice([0.01, 0.02, 0.04]))
+    arm = radius * float(rng.choice([1.0, 1.5, 3.0]))
+    lead_in = float(rng.choice([0.6, 1.5, 4.0])) if kind > 1 else float(rng.choice([0.0, 0.1, 0.5]))
+    axis = plain.axis
+    if kind in (1, 3):
+        # To somewhere about the platform, so that the rope is nearly straight.
+        axis = np.array([0.0, 0.0, 0.9]) + 0.15 * rng.normal(size=3) - plain.exit
+        arm = max(arm, 1.5 * radius)
+    if kind == 3 and rng.random() < 0.5:
+        radius, arm, lead_in = 0.02, 0.15, 0.6
+    return FloatCable(plain.exit, axis, radius, arm, lead_in, 1 if kind == 1 else 2)
 
 
 def plant(

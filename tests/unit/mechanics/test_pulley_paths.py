@@ -276,9 +276,9 @@ def in_both(route: Any, anchor: tuple[float, float, float]) -> tuple[Path, Path]
         path = route.path(as_balls(np.array(anchor)), BALLS)
         found = [
             tuple(float(x.mid()) for x in part) if isinstance(part, tuple) else float(part.mid())
-            for part in path
+            for part in path[:-1]
         ]
-    return route.path(anchor, FLOATS), Path(*found)
+    return route.path(anchor, FLOATS), Path(*found, is_past=path.is_past)
 
 
 def close(a: Any, b: Any, within: float) -> bool:

@@ -10,7 +10,7 @@ import pytest
 from cdpr_interval import load_robot
 from cdpr_interval.errors import CdprError, NotSupportedError
 from cdpr_interval.robots.cable_robot import Elasticity, Robot
-from solvers import Motion, Outcome, Tracker, forward_kinematics, motion
+from solvers import Motion, Outcome, Tracker, forward_kinematics, inverse_kinematics, motion
 from solvers.answers.data import Stability
 
 IRMA_LENGTHS = ["1.6463246530", "1.0786153083", "1.6421042936", "2.0556154675"]
@@ -139,13 +139,57 @@ def test_a_pulley_without_a_radius_is_an_exit_point_behind_its_lead_in() -> None
 @pytest.mark.parametrize(
     ("pulley", "text"),
     [
-        ({"joints": 2, "lead_in_m": 1}, "two joints"),
+        ({"joints": 2, "lead_in_m": 1, "balance": "bisector"}, "c1: a platform needs balance: exact"),
+        ({"joints": 2, "lead_in_m": "0.18"}, "c1: a platform on two joints needs a lead-in above"),
         ({"radius_m": [0.02, 0.03]}, "uncertain scalars"),
     ],
 )
 def test_what_is_refused_by_name(pulley: dict[str, Any], text: str) -> None:
     with pytest.raises(NotSupportedError, match=text):
         forward_kinematics(irma4u(**pulley), IRMA_LENGTHS)
+
+
+def on_two_joints(**pulley: Any) -> Robot:
+    """Return GRAB_33 with ropes that arrive over 1 m at pulleys on two joints."""
+    block = grab_33().to_dict()
+    for cable in block["cables"]:
+        cable["pulley"] = {**cable["pulley"], "joints": 2, "lead_in_m": 1, **pulley}
+    return Robot.from_dict(block)
+
+
+LONGER = ["2.54832", "2.64748", "2.53246"]
+"""The homing pose's lengths of GRAB_33 and what lies before the pulleys."""
+
+
+@pytest.mark.slow
+def test_small_pulleys_on_two_joints_have_the_poses_of_exit_points() -> None:
+    """All seven, and nearer to them as the radius is."""
+    plain = forward_kinematics(on_two_joints(radius_m=0, joints=1), LONGER, taut=(0, 1, 2))
+    places = np.array(sorted(pose.nominal.position for pose in plain.solutions))
+    for radius in ("1e-3", "1e-5"):
+        result = forward_kinematics(on_two_joints(radius_m=radius), LONGER, taut=(0, 1, 2))
+        assert result.outcome is plain.outcome is Outcome.COMPLETE
+        found = np.array(sorted(pose.nominal.position for pose in result.solutions))
+        assert np.abs(found - places).max() < float(radius)
+
+
+def test_a_platform_on_two_joints_is_found_followed_and_tracked() -> None:
+    robot = on_two_joints(arm_m="0.04")
+    result = forward_kinematics(robot, LONGER, taut=(0, 1, 2))
+    assert result.outcome is Outcome.COMPLETE and len(result.solutions) == 7
+    (stable,) = (pose for pose in result.solutions if pose.stability is Stability.STABLE)
+    pose = inverse_kinematics(robot, stable.nominal.position, stable.rotation.mean(axis=2))
+    assert pose.static and np.allclose(pose.lengths, [float(x) for x in LONGER], atol=1e-8)
+    end = ["2.65", "2.60", "2.56"]
+    moved = motion(robot, [(0, LONGER), (5, end)])
+    assert moved.outcome is Outcome.COMPLETE and not moved.events
+    tracker = Tracker(robot)
+    first = tracker.update([float(x) for x in LONGER])
+    assert first.tracked and np.allclose(first.point, stable.nominal.position, atol=1e-9)
+    last = tracker.update([float(x) for x in end])
+    tube = moved.segments[-1].tube
+    assert last.tracked
+    assert ((tube.position[:, 0] <= last.point) & (last.point <= tube.position[:, 1])).all()
 
 
 def test_a_budget_ends_as_pending() -> None:
@@ -237,7 +281,10 @@ def test_a_tracker_searches_for_its_start() -> None:
 
 @pytest.mark.parametrize(
     ("pulley", "text"),
-    [({"joints": 2, "lead_in_m": 1}, "two joints"), ({"radius_m": [0.02, 0.03]}, "uncertain scalars")],
+    [
+        ({"joints": 2, "lead_in_m": 1, "balance": "bisector"}, "balance: exact"),
+        ({"radius_m": [0.02, 0.03]}, "uncertain scalars"),
+    ],
 )
 def test_motions_and_trackers_refuse_by_name(pulley: dict[str, Any], text: str) -> None:
     courses = [(0, [1.7, 1.7, 1.7, 1.7]), (1, [1.71, 1.7, 1.7, 1.7])]

@@ -9,7 +9,7 @@ import pytest
 
 from cdpr_interval import InputError, NotSupportedError, load_robot
 from cdpr_interval.exact.enclosure import length_bounds
-from cdpr_interval.robots.pulley import Pulley
+from cdpr_interval.robots.pulley import BISECTOR, Pulley
 from solvers import forward_kinematics
 from solvers.answers.data import Outcome, StopReason
 from solvers.questions.problem import Method
@@ -181,8 +181,8 @@ def test_the_convex_method_needs_a_point_mass():
 
 
 def test_what_is_not_supported_yet(asked):
-    platform, pulley = load_robot("uc2"), Pulley(F(1, 50), joints=2, lead_in=F(1))
+    platform, pulley = load_robot("uc2"), Pulley(F(1, 50), joints=2, lead_in=F(1), balance=BISECTOR)
     swinging = replace(platform, cables=tuple(replace(c, pulley=pulley) for c in platform.cables))
-    with pytest.raises(NotSupportedError, match="two joints are not supported yet"):
+    with pytest.raises(NotSupportedError, match="a platform needs balance: exact"):
         forward_kinematics(swinging, [1, 1])
     assert not asked

@@ -186,14 +186,16 @@ def test_what_switches_and_what_nothing_bounds_is_plain_json():
 
 
 @pytest.mark.slow
-def test_a_platform_over_pulleys_is_enclosed_and_moved():
+@pytest.mark.parametrize("more", [{}, {"joints": 2, "lead_in_m": 1}], ids=["one joint", "two joints"])
+def test_a_platform_over_pulleys_is_enclosed_and_moved(more):
     """GRAB_33 known to a millimetre: poses of sampled lengths lie in the box; a path to a settled goal."""
     document = load_robot("grab33").to_dict()
     winch = {key: value for key, value in ROBOT.to_dict()["cables"][0]["winch"].items() if key != "marks"}
     for node, cable in enumerate(document["cables"], 1):
         cable["winch"] = {**winch, "node": node}
+        cable["pulley"] = {**cable["pulley"], **more}
     robot = Robot.from_dict(document)
-    lengths = [F("1.54832"), F("1.64748"), F("1.53246")]
+    lengths = [F(length) + more.get("lead_in_m", 0) for length in ("1.54832", "1.64748", "1.53246")]
     found = whereabouts(robot, around(lengths))
     assert found.is_complete
     (here,) = found.poses
