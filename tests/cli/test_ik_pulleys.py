@@ -128,10 +128,10 @@ def test_a_platform_on_pulleys_settles(tmp_path):
 
 
 def test_the_forward_problem_is_refused_not_answered_without_them(tmp_path):
-    path = robot_file(tmp_path, DOUBLE, anchor="[0.1, 0, 0]")
+    path = robot_file(tmp_path, f"{DOUBLE}, balance: bisector", anchor="[0.1, 0, 0]")
     result = CliRunner().invoke(cli, ["fk", str(path), "--lengths", "9,9,9,9"])
     assert (result.exit_code, result.stdout) == (2, "")
-    assert result.stderr == "robot 'hung': platforms on pulleys with two joints are not supported yet\n"
+    assert "a platform needs balance: exact" in result.stderr
 
 
 def test_ranges_are_refused(tmp_path):
