@@ -63,7 +63,7 @@ class Wrenches:
 
 def unbalanced(place: Place, y: Array) -> Array:
     """Return where no non-negative tensions balance the load at any solution; y (6, N) is a first try."""
-    wrenches = Wrenches(place, place.turned.wrenches(place.x))
+    wrenches = Wrenches(place, place.rotated.wrenches(place.x))
     active = np.ones((len(wrenches.values), y.shape[1]), dtype=bool)
     found, left = np.zeros(y.shape[1], dtype=bool), np.arange(y.shape[1])
     for attempt in range(TRIES):

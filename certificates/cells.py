@@ -15,19 +15,19 @@ import numpy as np
 from certificates.arithmetic import guess
 from certificates.arithmetic.forms import ALONG, Array, Form, Vector
 from certificates.arithmetic.vectors import cross, dot
-from certificates.geometry import Turned
+from certificates.geometry import Rotated
 
 Lines = tuple[Vector, Form, Vector, Form]
 """d_2, K_2, d_3 and K_3, or others that say the same of x: d . x = K."""
 
 
-def upright(turned: Turned) -> Lines:
+def upright(rotated: Rotated) -> Lines:
     """Return combinations of the two lines whose directions are about at right angles, of length one.
 
     They are d_2 and d_3 times a triangular matrix of doubles with positive diagonal: they hold for the same
     x, and d_2 x d_3 points the same way. Where centres are nearly parallel all that follows is sharper.
     """
-    kind, ((d2, k2), (d3, k3)) = type(turned.s), turned.pair
+    kind, ((d2, k2), (d3, k3)) = type(rotated.s), rotated.pair
     a, b = (stacked([v.doubles() for v in d]) for d in (d2, d3))
     first = np.sqrt(sum(a * a))
     along = sum(a * b) / first
@@ -42,21 +42,21 @@ def upright(turned: Turned) -> Lines:
     return e2, kind.combine([p], [k2]), e3, kind.combine([q, r], [k2, k3])
 
 
-def near_branch(turned: Turned, lines: Lines, side: int) -> Vector:
+def near_branch(rotated: Rotated, lines: Lines, side: int) -> Vector:
     """Return forms near the position on one side; a guess."""
-    kind, (d2, k2, d3, k3) = type(turned.s), lines
+    kind, (d2, k2, d3, k3) = type(rotated.s), lines
     a, b = (stacked([v.doubles() for v in d]) for d in (d2, d3))
     normal = guess.cross(a, b)
     right = stacked([k2.doubles(), k3.doubles(), 0.0 * a[0]])
     foot = guess.solve(np.stack([a, b, normal]), right[:, None])[:, 0]
-    height = turned.platform.square.doubles() - sum(foot * foot)
+    height = rotated.platform.square.doubles() - sum(foot * foot)
     meets = height > 0.0
     x0 = foot + side * np.sqrt(np.maximum(0.0, height) / sum(normal * normal)) * normal
     inverse = guess.inverse(np.stack([np.where(meets, 2.0 * x0, normal), a, b]))
     x0, inverse = usable(x0), usable(inverse)
     x = [kind.near(v) for v in x0]
     for degree in (1, 2):
-        sphere = (dot(x, x) - turned.platform.square) * kind.near(meets.astype(float))
+        sphere = (dot(x, x) - rotated.platform.square) * kind.near(meets.astype(float))
         wrong = [sphere, dot(d2, x) - k2, dot(d3, x) - k3]
         x = [v - kind.combine(row, wrong).upto(degree) for v, row in zip(x, inverse, strict=True)]
     return [v.upto(2) for v in x]
@@ -67,7 +67,7 @@ def usable(guesses: Array) -> Array:
     return np.where(np.isfinite(guesses), guesses, 0.0)
 
 
-def on_branch(turned: Turned, side: int) -> tuple[Vector, Array]:
+def on_branch(rotated: Rotated, side: int) -> tuple[Vector, Array]:
     """Return forms that enclose every position on one side over the cells, and where they do.
 
     With d_2 and d_3 those of `upright` and m = d_2 x d_3 every position is x = y + alpha d_2 + beta d_3 + tau
@@ -77,8 +77,8 @@ def on_branch(turned: Turned, side: int) -> tuple[Vector, Array]:
     |tau| <= |l^2 - |w|^2| / h. Where it is at least -g, |m . y + m . x| >= |tau| |m|^2 - 2 g, so |tau| <= q +
     sqrt(q^2 + |l^2 - |w|^2| / |m|^2) with q = g / |m|^2.
     """
-    kind, lines = type(turned.s), upright(turned)
-    y, (d2, k2, d3, k3) = near_branch(turned, lines, side), lines
+    kind, lines = type(rotated.s), upright(rotated)
+    y, (d2, k2, d3, k3) = near_branch(rotated, lines, side), lines
     m = cross(d2, d3)
     straight = [v.upto(1) for v in m]
     normal = [v.upto(0) for v in m]
@@ -87,14 +87,14 @@ def on_branch(turned: Turned, side: int) -> tuple[Vector, Array]:
     alpha, beta, holds = in_plane(d2, d3, [dot(d2, y) - k2, dot(d3, y) - k3])
     rest = [kind.bound([(v.size(), alpha), (w.size(), beta)]) for v, w in zip(d2, d3, strict=True)]
     w = [v + kind.unknown(r) for v, r in zip(y, rest, strict=True)]
-    wrong, height = (dot(w, w) - turned.platform.square).size(), (side * dot(m, y)).lowest()
+    wrong, height = (dot(w, w) - rotated.platform.square).size(), (side * dot(m, y)).lowest()
     below, share = kind.quotient(np.maximum(0, -height), square), kind.quotient(wrong, square)
     tau = below + kind.root(kind.bound([(below, below)], share))
     tau = kind.bound([], np.where(height > 0, np.minimum(tau, kind.quotient(wrong, height)), tau))
     along = kind.unknown(tau, ALONG)
     bent = [kind.bound([(tau, (v - u).size())]) for v, u in zip(m, straight, strict=True)]
     x = [v + along * u + kind.unknown(r) for v, u, r in zip(w, straight, bent, strict=True)]
-    return ([x[0], kind.constant(0), x[2]] if turned.platform.planar else x), holds & (square > 0)
+    return ([x[0], kind.constant(0), x[2]] if rotated.platform.planar else x), holds & (square > 0)
 
 
 def in_plane(d2: Vector, d3: Vector, wrong: Sequence[Form]) -> tuple[Array, Array, Array]:
@@ -142,17 +142,17 @@ def contained(kind: type[Form], first: Sequence[Array], error: list[list[Array]]
     return v, is_one
 
 
-def no_position(turned: Turned) -> Array:
+def no_position(rotated: Rotated) -> Array:
     """Return where the first three spheres have no common point over the cells.
 
     A common point has K = d . x <= l_1 |d|; and with m = d_2 x d_3 it has m x x = K_2 d_3 - K_3 d_2, which is
     not longer than l_1 |m|.
     """
-    (d2, k2), (d3, k3) = turned.pair
-    square, m = turned.platform.square, cross(d2, d3)
+    (d2, k2), (d3, k3) = rotated.pair
+    square, m = rotated.platform.square, cross(d2, d3)
     across = [k2 * v - k3 * w for v, w in zip(d3, d2, strict=True)]
     found = (dot(across, across) - dot(m, m) * square).lowest() > 0
-    for d, k in turned.pair:
+    for d, k in rotated.pair:
         found = found | ((k * k - dot(d, d) * square).lowest() > 0)
     return found
 
@@ -160,12 +160,12 @@ def no_position(turned: Turned) -> Array:
 class Place:
     """Cells with an enclosure of the position: what the equations can take out of other forms."""
 
-    def __init__(self, turned: Turned, x: Vector, on_branch: bool) -> None:
-        self.turned, self.x, self.kind = turned, x, type(turned.s)
+    def __init__(self, rotated: Rotated, x: Vector, on_branch: bool) -> None:
+        self.rotated, self.x, self.kind = rotated, x, type(rotated.s)
         self.count = ALONG + 1 if on_branch else 6
         """Symbols: u, then the distance along the normal of the centres from a guess, or x."""
         # On a branch the second and third length only say again how the position follows u.
-        self.equations = turned.lengths(x, turned.lines[2 if on_branch else 0 :])
+        self.equations = rotated.lengths(x, rotated.lines[2 if on_branch else 0 :])
         self.slopes = slopes(self.equations, self.count)
         """(equations, symbols, N)."""
         self.columns = guess.pivots(self.slopes)

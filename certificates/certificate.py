@@ -18,7 +18,7 @@ from certificates.literals import entry_of, list_of, text_of
 from certificates.point_mass import check_point
 from certificates.problem import described, needed, read_left_out, read_problem, read_solutions, read_taut
 from certificates.root_claims import check_all_roots
-from certificates.searches import Searches
+from certificates.searches import SubsetSearches
 from certificates.subsets import Kind, classify, examined
 from certificates.tree import Leaf
 from certificates.verdicts import Malformed, NotProved
@@ -43,10 +43,12 @@ class Certificate:
         """Return what a subset is called."""
         return "subset " + ",".join(self.problem.names[i] for i in self.subsets[k])
 
-    def searches(self, k: int) -> Searches:
+    def searches(self, k: int) -> SubsetSearches:
         """Return the searches of a subset."""
         kind = classify(self.problem, self.subsets[k])
-        return Searches(self.problem, self.subsets[k], kind, self.entries[k]["searches"], self.solutions)
+        return SubsetSearches(
+            self.problem, self.subsets[k], kind, self.entries[k]["searches"], self.solutions
+        )
 
     def check_entry(self, k: int) -> tuple[set[int], int, int, int]:
         """Check a subset but for its cells; return solutions, numbers of cells, pending, undecided."""

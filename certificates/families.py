@@ -95,11 +95,11 @@ def hung(problem: Problem, cable: int, found: Point, side: int) -> Pose:
     """Return a pose whose centre of mass lies straight below (side 1) or above a cable's end at a point."""
     point, densities = found
     arm = problem.points[cable]
-    rotation = frame([side * -x for x in unit(problem.load)]) * frame(unit(arm)).transpose()
+    rotation = any_frame([side * -x for x in unit(problem.load)]) * any_frame(unit(arm)).transpose()
     return Pose(rotation, point - rotation * column(arm), densities)
 
 
-def frame(first: Vector) -> arb_mat:
+def any_frame(first: Vector) -> arb_mat:
     """Return a rotation whose first column is the given unit vector."""
     least = min(range(3), key=lambda k: abs(float(first[k])))
     second = unit(cross(first, [arb(int(k == least)) for k in range(3)]))

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 UNIT = [[fmpq(int(i == j)) for j in range(3)] for i in range(3)]
 
 
-def frame(given: dict[int, Exact]) -> arb_mat:
+def axes_along(given: dict[int, Exact]) -> arb_mat:
     """Return the rotation to the frame with two axes (of 0, 1, 2) along rational vectors at right angles."""
     with ctx.workprec(BITS):
         axes = {k: unit(v) for k, v in given.items()}
@@ -99,17 +99,17 @@ def settings(problem: Problem, taut: tuple[int, ...], kind: Kind) -> list[Settin
     exits, points = [problem.exits[i] for i in taut], [problem.points[i] for i in taut]
     vertical, rod = kind in (Kind.VERTICAL, Kind.BOTH), kind in (Kind.ROD, Kind.BOTH)
     planar = len(taut) == 2 or kind is Kind.BOTH
-    base = platform = frame({0: UNIT[0], 2: UNIT[2]})
+    base = platform = axes_along({0: UNIT[0], 2: UNIT[2]})
     if planar or vertical:
         up = [-v for v in problem.load]
         step = cross(up, cross(minus(exits[-1], exits[0]), up))
-        base = frame({0: step if any(step) else across(up), 2: up})
+        base = axes_along({0: step if any(step) else across(up), 2: up})
     first = next((b for b in points if any(b)), UNIT[0])
     if rod:
         names = (0, 2) if planar else (2, 0)
-        platform = frame({names[0]: first, names[1]: across(first)})
+        platform = axes_along({names[0]: first, names[1]: across(first)})
     elif planar:
         third = cross(first, cross(points[0], points[1]))
-        frames = [frame({0: first, 2: v}) for v in (third, [-x for x in third])]
+        frames = [axes_along({0: first, 2: v}) for v in (third, [-x for x in third])]
         return [Setting(taut, base, f, True, vertical, False) for f in frames[: 1 if vertical else 2]]
     return [Setting(taut, base, platform, planar, vertical, rod)]

@@ -67,7 +67,7 @@ class Platform:
         )
 
 
-class Turned:
+class Rotated:
     """What depends on the rotation alone; ``u`` are numbers of the platform's kind, or jets of these.
 
     ``chart`` is one, or an array: of each cell of the forms.

@@ -18,7 +18,7 @@ from certificates.arithmetic.integers import Integers
 from certificates.balance import unbalanced
 from certificates.cells import Place, no_position, on_branch
 from certificates.clock import in_time
-from certificates.geometry import Turned
+from certificates.geometry import Rotated
 from certificates.search import Search
 from certificates.tree import Leaf, Node
 from certificates.verdicts import NotProved
@@ -152,25 +152,25 @@ def confirmed(search: Search, cells: Cells, kind: type[Form]) -> Array:
     """Return of which cells is proved what their leaves say."""
     with np.errstate(all="ignore"):
         entries: Vector = [kind.between(lo, hi, k) for k, (lo, hi) in enumerate(cells.bounds)]
-        turned = Turned(search.over(kind), cells.chart, entries[:3])
+        rotated = Rotated(search.over(kind), cells.chart, entries[:3])
         if len(entries) == 6:
-            return holds(search, cells, turned, entries[3:])
+            return holds(search, cells, rotated, entries[3:])
         if cells.node is Node.NO_POSITION:
-            return no_position(turned)
+            return no_position(rotated)
         found = np.ones(len(cells), dtype=bool)
         for side in (cells.side,) if cells.side else (1, -1):
-            found &= on_side(search, cells, turned, side)
+            found &= on_side(search, cells, rotated, side)
         return found
 
 
-def on_side(search: Search, cells: Cells, turned: Turned, side: int) -> Array:
+def on_side(search: Search, cells: Cells, rotated: Rotated, side: int) -> Array:
     """Return of which cells in u is proved, on one side, what their leaves say."""
-    x, is_enclosed = on_branch(turned, side)
-    found = is_enclosed & holds(search, cells, turned, x)
-    return found if found.all() else found | no_position(turned)
+    x, is_enclosed = on_branch(rotated, side)
+    found = is_enclosed & holds(search, cells, rotated, x)
+    return found if found.all() else found | no_position(rotated)
 
 
-def holds(search: Search, cells: Cells, turned: Turned, x: Vector) -> Array:
+def holds(search: Search, cells: Cells, rotated: Rotated, x: Vector) -> Array:
     """Return of which cells is proved what their leaves say, for an enclosed position x.
 
     One branch for each kind of leaf; all of them speak of poses at which the taut cables have their lengths.
@@ -180,7 +180,7 @@ def holds(search: Search, cells: Cells, turned: Turned, x: Vector) -> Array:
         for root in search.roots:
             found |= root.holds(cells.chart, cells.bounds[:3], x)
         return found
-    over = Place(turned, x, len(cells.bounds) == 3)
+    over = Place(rotated, x, len(cells.bounds) == 3)
     if cells.node is Node.NO_LENGTH:
         return over.no_length()
     if cells.node is Node.CUT:
@@ -188,7 +188,7 @@ def holds(search: Search, cells: Cells, turned: Turned, x: Vector) -> Array:
         return np.all([over.cut_to(k, old, new) for k, (old, new) in each], axis=0)
     if cells.node is Node.TOO_LONG:
         cable = int(cells.data[0, 0])
-        return search.may_be_slack(cable) & over.positive(turned.excess(search.place_of(cable), x))
+        return search.may_be_slack(cable) & over.positive(rotated.excess(search.place_of(cable), x))
     if search.problem.ignore_tension_sign:
         return found
     found = unbalanced(over, cells.data)

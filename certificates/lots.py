@@ -11,7 +11,7 @@ import numpy as np
 from certificates.arithmetic.forms import Array
 from certificates.certificate import Certificate, about
 from certificates.leaves import Cells, kind_of
-from certificates.searches import Searches
+from certificates.searches import SubsetSearches
 from certificates.tree import Leaf
 
 MOST = 4096
@@ -52,7 +52,7 @@ class Worker:
 
     def __init__(self, certificate: Certificate) -> None:
         self.certificate = certificate
-        self.at: tuple[int, Searches] | None = None
+        self.at: tuple[int, SubsetSearches] | None = None
 
     def check(self, lot: Lot) -> int:
         """Check some cells; return the number of parts it took."""

@@ -16,15 +16,15 @@ from certificates.newton import Zero
 from certificates.problem import Listed
 from certificates.roots import System
 from certificates.search import Root, Search, half_turn
-from certificates.searches import Searches
-from certificates.turning import check_turning, never_slack, turned
+from certificates.searches import SubsetSearches
+from certificates.turning import check_turning, never_slack, turned_about
 from certificates.verdicts import NotProved
 
 TOGETHER = 64
 """Roots whose boxes are looked at in one go."""
 
 
-def check_all_roots(searches: Searches, solutions: list[Listed]) -> set[int]:
+def check_all_roots(searches: SubsetSearches, solutions: list[Listed]) -> set[int]:
     """Check all roots of a subset; return the solutions they prove."""
     return {k for search in searches.searches for k in check_roots(search, solutions)}
 
@@ -95,9 +95,9 @@ def shown(search: Search, pose: Pose, chart: int) -> Pose | None:
     angle = arb.pi() + arb.atan2(-along, -across) if behind else arb.atan2(along, across)
     if setting.vertical:
         point, direction = column(problem.exits[search.order[0]]), column(unit([-v for v in problem.load]))
-        return turned(pose, point, direction, -angle)
+        return turned_about(pose, point, direction, -angle)
     arm = next(problem.points[i] for i in setting.taut if any(problem.points[i]))
-    return turned(pose, pose.centre, pose.rotation * column(unit(arm)), -sign * angle)
+    return turned_about(pose, pose.centre, pose.rotation * column(unit(arm)), -sign * angle)
 
 
 def require_one_zero_at_most(search: Search) -> None:

@@ -22,7 +22,7 @@ from certificates.arithmetic.jets import Jet
 from certificates.arithmetic.vectors import dot, minus
 from certificates.cells import contained, deviation, doubles, stacked, usable
 from certificates.frames import Setting
-from certificates.geometry import Platform, Turned
+from certificates.geometry import Platform, Rotated
 from certificates.newton import Zero
 from certificates.verdicts import NotProved
 
@@ -51,18 +51,18 @@ class System:
     def equations(self, platform: Platform, x: Sequence[Any], apart: bool) -> list[Jet]:
         """Return numbers that are 0 where lengths and balance hold; ``apart``: each has its own length."""
         z = self.jets(x)
-        turned = Turned(platform, self.chart, z[:3])
-        found = turned.spheres(z[3:6]) if apart else turned.lengths(z[3:6], turned.lines)
+        rotated = Rotated(platform, self.chart, z[:3])
+        found = rotated.spheres(z[3:6]) if apart else rotated.lengths(z[3:6], rotated.lines)
         if not self.balanced:
             return found
-        *wrenches, load = turned.wrenches(z[3:6])
+        *wrenches, load = rotated.wrenches(z[3:6])
         left = [load[k] + dot(z[6:], [w[k] for w in wrenches]) for k in range(6)]
         if self.setting.planar:
             return [*found, left[0], left[2], left[4]]
         if self.setting.vertical:
             return [*found, *left[:5]]
         if self.setting.rod:
-            return [*found, *left[:3], *(dot(left[3:], [row[k] for row in turned.rotation]) for k in (0, 1))]
+            return [*found, *left[:3], *(dot(left[3:], [row[k] for row in rotated.rotation]) for k in (0, 1))]
         return [*found, *left]
 
     def tensions(self, box: Vector) -> tuple[Array, Array, Array]:
@@ -72,7 +72,7 @@ class System:
         W: t - t_0 = -L (W t_0 + w_0) - (L W - I)(t - t_0).
         """
         kind = type(box[0])
-        *wrenches, load = Turned(self.over(kind), self.chart, box[:3]).wrenches(box[3:])
+        *wrenches, load = Rotated(self.over(kind), self.chart, box[:3]).wrenches(box[3:])
         columns = stacked([stacked([v.doubles() for v in w]) for w in [*wrenches, load]])
         columns, right = columns[:-1], columns[-1]
         L = usable(guess.solve(guess.gram(columns, np.ones((len(columns), right.shape[-1]), bool)), columns))
@@ -133,8 +133,8 @@ class System:
         def entries(x: list[arb]) -> list[Jet]:
             """Return all of them at some unknowns."""
             z = self.jets(x)
-            turned = Turned(self.platform, self.chart, z[:3])
-            rows = [[v * turned.s.inverse() for v in row] for row in turned.rotation]
+            rotated = Rotated(self.platform, self.chart, z[:3])
+            rows = [[v * rotated.s.inverse() for v in row] for row in rotated.rotation]
             way = minus(z[3:6], [dot(row, self.platform.arm) for row in rows])
             found = [[dot(row, axis) for row in rows] for axis in platform]
             columns = [[dot(axis, v) for axis in base] for v in [*found, way]]
@@ -146,6 +146,6 @@ class System:
 
     def carried(self, z: Sequence[Jet]) -> list[arb]:
         """Return the t of six cables in a pose."""
-        turned = Turned(self.platform, self.chart, [v.value for v in z[:3]])
-        *wrenches, load = turned.wrenches([v.value for v in z[3:6]])
+        rotated = Rotated(self.platform, self.chart, [v.value for v in z[:3]])
+        *wrenches, load = rotated.wrenches([v.value for v in z[3:6]])
         return list(arb_mat(wrenches).transpose().solve(-column(load)).entries())

@@ -43,9 +43,9 @@ class Root:
 
         An entry of x without width is 0 at all positions of a plane: nothing need be shown of it.
         """
-        turned = [(lo <= a) & (b <= hi) for (a, b), (lo, hi) in zip(u, self.box[:3], strict=True)]
+        rotated = [(lo <= a) & (b <= hi) for (a, b), (lo, hi) in zip(u, self.box[:3], strict=True)]
         placed = [v.within(lo, hi) for v, (lo, hi) in zip(x, self.box[3:], strict=True) if lo < hi]
-        return (self.chart == chart) & np.all(np.broadcast_arrays(*turned, *placed), axis=0)
+        return (self.chart == chart) & np.all(np.broadcast_arrays(*rotated, *placed), axis=0)
 
 
 class Search:

@@ -25,7 +25,7 @@ class Tally:
     undecided: int
 
 
-class Searches:
+class SubsetSearches:
     """All searches of one subset."""
 
     def __init__(

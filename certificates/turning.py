@@ -58,7 +58,7 @@ def circle(problem: Problem, i: int, pose: Pose, point: arb_mat, direction: arb_
     return Circle(constant, 2 * (dot(a, w) - along), 2 * dot(a, cross(n, w)))
 
 
-def turned(pose: Pose, point: arb_mat, direction: arb_mat, angle: arb) -> Pose:
+def turned_about(pose: Pose, point: arb_mat, direction: arb_mat, angle: arb) -> Pose:
     """Return the pose turned about an axis (unit direction)."""
     x, y, z = direction.entries()
     k = arb_mat([[0, -z, y], [z, 0, -x], [-y, x, 0]])
@@ -73,7 +73,7 @@ def check_turning(
     with ctx.workprec(BITS):
         sharp = all(hi - lo <= SHARP for row in listed.rotation for lo, hi in row)
         claimed(sharp or any(lo < hi for lo, hi in problem.lengths), "no rotation from which angles count")
-        here = turned(pose, point, direction, angle_between(pose, listed, direction))
+        here = turned_about(pose, point, direction, angle_between(pose, listed, direction))
         n = direction.entries()
         motion = [*cross(n, (here.centre - point).entries()), *n]
         check_pose(problem, listed, subset, here, [motion])

@@ -16,7 +16,7 @@ from certificates.arithmetic.floats import Floats
 from certificates.arithmetic.integers import Integers
 from certificates.arithmetic.vectors import cross, dot
 from certificates.certificate import Certificate
-from certificates.geometry import Turned
+from certificates.geometry import Rotated
 from certificates.leaves import Cells, check_cells, confirmed
 from certificates.search import Root, Search
 from certificates.tree import Cell, Leaf, Node, decode
@@ -160,7 +160,7 @@ def test_cuts_on_the_other_side_are_refused(uc4: tuple[Search, list[Leaf]]) -> N
 def side_of(search: Search, root: Root) -> int:
     """Return the side of the plane of the centres on which a root is."""
     middle = [0.5 * (lo + hi) for lo, hi in root.box]
-    (d2, _), (d3, _) = Turned(search.platform.mapped(float), root.chart, middle[:3]).pair
+    (d2, _), (d3, _) = Rotated(search.platform.mapped(float), root.chart, middle[:3]).pair
     across = dot(cross(d2, d3), middle[3:])
     assert abs(across) > 1e-6
     return 1 if across > 0 else -1

@@ -10,7 +10,7 @@ from certificates.arithmetic.balls import column, hull, norm
 from certificates.claims import Pose, spoke
 from certificates.families import check_one_point_family
 from certificates.point_mass import IDENTITY
-from certificates.turning import Circle, check_turning, circle, everywhere, never_slack, turned
+from certificates.turning import Circle, check_turning, circle, everywhere, never_slack, turned_about
 from certificates.verdicts import Malformed, NotProved
 from tests.support.point_certificates import case, robot
 
@@ -260,7 +260,7 @@ def turning():
         point = column([arb(0), arb(0), arb(3) - arb(fmpq(16, 5))])
         b = column(found.problem.points[0])
         # Any rotation will do here.
-        pose = turned(
+        pose = turned_about(
             Pose(IDENTITY, point - b, {0: arb(1)}), point, column([arb(1), arb(0), arb(0)]), arb("0.7")
         )
     return found.problem, pose, point, up
@@ -272,7 +272,7 @@ def test_a_circle_is_the_distance(turning):
         for i in range(4):
             around = circle(problem, i, pose, point, up)
             for angle in (0.0, 0.5, 3.0, -2.0):
-                there = turned(pose, point, up, arb(angle))
+                there = turned_about(pose, point, up, arb(angle))
                 excess = norm(spoke(problem, there, i)[1]) ** 2 - hull(*problem.lengths[i]) ** 2
                 assert abs(around.over(arb(angle), arb(angle)) - excess) < 1e-40
             value = around.over(arb(0.4), arb(0.6))

@@ -19,7 +19,7 @@ from certificates.arithmetic.integers import Integers
 from certificates.arithmetic.jets import Jet
 from certificates.arithmetic.vectors import cross, dot
 from certificates.frames import settings
-from certificates.geometry import Turned
+from certificates.geometry import Rotated
 from certificates.problem import read_problem
 from certificates.subsets import Kind
 from certificates.verdicts import NotProved
@@ -233,7 +233,7 @@ def test_forms_of_a_platform_enclose_its_exact_numbers(kind: type[Form]):
             radius = np.array([[0.1]] * 3 + [[0.5]] * 3)
             lo, hi = middle - radius, middle + radius
             forms = [kind.between(lo[k], hi[k], k) for k in range(6)]
-            over = Turned(over_cells, chart, forms[:3])
+            over = Rotated(over_cells, chart, forms[:3])
             enclosures = [*over.lengths(forms[3:], over.lines), *itertools.chain(*over.wrenches(forms[3:]))]
             for c in range(count):
                 shares = generator.integers(0, 9, 6).tolist()
@@ -241,7 +241,7 @@ def test_forms_of_a_platform_enclose_its_exact_numbers(kind: type[Form]):
                     arb(a) + (arb(b) - arb(a)) * k / 8
                     for a, b, k in zip(lo[:, c].tolist(), hi[:, c].tolist(), shares, strict=True)
                 ]
-                there = Turned(exact, chart, place[:3])
+                there = Rotated(exact, chart, place[:3])
                 numbers = [
                     *there.lengths(place[3:], there.lines),
                     *itertools.chain(*there.wrenches(place[3:])),

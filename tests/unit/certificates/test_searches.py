@@ -396,12 +396,12 @@ def uc3() -> dict[str, Any]:
     return document_of(*solved("uc3", "7.5,8,7", "c1,c2,c3"))
 
 
-def searches_of(document: dict[str, Any]) -> searches.Searches:
+def searches_of(document: dict[str, Any]) -> searches.SubsetSearches:
     """Return the searches of a certificate's only subset."""
     return Certificate(pack(document)).searches(0)
 
 
-def confirmed(found: searches.Searches, leaf: Any) -> bool:
+def confirmed(found: searches.SubsetSearches, leaf: Any) -> bool:
     """Return True when the checker confirms a leaf in both arithmetics."""
     place, one = leaf
     try:
