@@ -148,19 +148,19 @@ def bisected(search: Search, cells: Cells, kind: type[Form]) -> tuple[Array, int
     return refused, parts
 
 
+@np.errstate(all="ignore")
 def confirmed(search: Search, cells: Cells, kind: type[Form]) -> Array:
-    """Return of which cells is proved what their leaves say."""
-    with np.errstate(all="ignore"):
-        entries: Vector = [kind.between(lo, hi, k) for k, (lo, hi) in enumerate(cells.bounds)]
-        rotated = Rotated(search.over(kind), cells.chart, entries[:3])
-        if len(entries) == 6:
-            return holds(search, cells, rotated, entries[3:])
-        if cells.node is Node.NO_POSITION:
-            return no_position(rotated)
-        found = np.ones(len(cells), dtype=bool)
-        for side in (cells.side,) if cells.side else (1, -1):
-            found &= on_side(search, cells, rotated, side)
-        return found
+    """Return of which cells is proved what their leaves say; what overflows is no proof."""
+    entries: Vector = [kind.between(lo, hi, k) for k, (lo, hi) in enumerate(cells.bounds)]
+    rotated = Rotated(search.over(kind), cells.chart, entries[:3])
+    if len(entries) == 6:
+        return holds(search, cells, rotated, entries[3:])
+    if cells.node is Node.NO_POSITION:
+        return no_position(rotated)
+    found = np.ones(len(cells), dtype=bool)
+    for side in (cells.side,) if cells.side else (1, -1):
+        found &= on_side(search, cells, rotated, side)
+    return found
 
 
 def on_side(search: Search, cells: Cells, rotated: Rotated, side: int) -> Array:

@@ -65,6 +65,7 @@ class System:
             return [*found, *left[:3], *(dot(left[3:], [row[k] for row in rotated.rotation]) for k in (0, 1))]
         return [*found, *left]
 
+    @np.errstate(all="ignore")
     def tensions(self, box: Vector) -> tuple[Array, Array, Array]:
         """Return middles, and radii, of every t that balances the load somewhere in boxes of (u, x).
 
@@ -89,13 +90,9 @@ class System:
         """
         return bool(self.one_zero(bounds, Floats).all() or self.one_zero(bounds, Integers).all())
 
+    @np.errstate(all="ignore")
     def one_zero(self, bounds: Array, kind: type[Form]) -> Array:
-        """Return in which boxes one arithmetic shows it."""
-        with np.errstate(all="ignore"):
-            return self.one_zero_at_most(bounds, kind)
-
-    def one_zero_at_most(self, bounds: Array, kind: type[Form]) -> Array:
-        """Return the same; what overflows is no proof."""
+        """Return in which boxes one arithmetic shows it; what overflows is no proof."""
         z: Vector = [kind.between(lo, hi, k) for k, (lo, hi) in enumerate(bounds)]
         holds = np.ones(bounds.shape[-1], dtype=bool)
         if self.balanced:
