@@ -55,7 +55,7 @@ def test_a_small_cell_around_a_pose_is_settled(seed: int, count: int, rigid: int
                 Fraction(cable.arm),
                 exact(cable.axis),
                 Fraction(cable.lead_in),
-                (compliance, compliance),
+                compliance=(compliance, compliance),
             )
         )
     run = RealSearch(build(cables, exact(planted.load), count), Budget(None, 200_000))
