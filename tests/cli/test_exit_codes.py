@@ -217,9 +217,10 @@ def test_no_pose_is_proved_and_none_found_is_not(hanging, tmp_path):
 
 @pytest.fixture(scope="module")
 def long(tmp_path_factory):
-    """A certificate whose check takes more than a minute."""
+    """A certificate whose check takes a quarter of a minute in one process."""
     file = tmp_path_factory.mktemp("long") / "long.cert"
-    assert run("fk", "uc3", "--lengths", "7.5,8,7", "-q", "--certificate", file).exit_code == 0
+    question = ("fk", "uc4", "--lengths", "7.5,8,7,9", "-q", "--no-check", "--certificate", file)
+    assert run(*question).exit_code == 0
     return file
 
 
@@ -227,7 +228,7 @@ def long(tmp_path_factory):
 @pytest.mark.parametrize("name", ["SIGINT", "SIGTERM"])
 @pytest.mark.parametrize("program", [["solvers", "check"], ["certificates"]])
 def test_a_check_is_interrupted(long, name, program):
-    interrupted([*program, long], name)
+    interrupted([*program, long, "--threads", 1], name)
 
 
 def interrupted(arguments, name):
