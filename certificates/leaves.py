@@ -188,11 +188,14 @@ def holds(search: Search, cells: Cells, rotated: Rotated, x: Vector) -> Array:
         return np.all([over.cut_to(k, old, new) for k, (old, new) in each], axis=0)
     if cells.node is Node.TOO_LONG:
         cable = int(cells.data[0, 0])
-        return search.may_be_slack(cable) & over.positive(rotated.excess(search.place_of(cable), x))
-    if search.problem.ignore_tension_sign:
+        if not search.may_be_slack(cable):
+            return found
+        found = over.positive(rotated.excess(search.place_of(cable), x))
+    elif search.problem.ignore_tension_sign:
         return found
-    found = unbalanced(over, cells.data)
-    # Part of such a leaf may lie beside all poses with the right lengths, where balance says nothing.
+    else:
+        found = unbalanced(over, cells.data)
+    # Part of such a leaf may lie beside all poses with the right lengths, where neither says anything.
     if len(over.equations) > 1 and not found.all():
         found |= over.no_length()
     return found

@@ -40,6 +40,11 @@ class Node(IntEnum):
         return self.name.lower().replace("_", " ")
 
 
+LEAVES = {int(node): node for node in tuple(Node)[3:]}
+DATA = {int(Node.TOO_LONG): "B", int(Node.UNBALANCED): "6i"}
+"""What follows the byte of a leaf."""
+
+
 @dataclass(frozen=True)
 class Cell:
     """A box of poses. ``bounds`` of u, or of u and x: pairs of doubles."""
@@ -55,7 +60,7 @@ class Cell:
 
     def with_bounds(self, k: int, lo: float, hi: float) -> Cell:
         """Return the cell with other bounds of one entry."""
-        return replace(self, bounds=(*self.bounds[:k], (lo, hi), *self.bounds[k + 1 :]))
+        return Cell(self.chart, (*self.bounds[:k], (lo, hi), *self.bounds[k + 1 :]), self.side)
 
     def halves(self, k: int) -> tuple[Cell, Cell]:
         """Return the halves in one entry, split at the double nearest to the middle."""
@@ -111,9 +116,8 @@ def decode(content: bytes, start: Cell, reach: float, planar: bool) -> Iterator[
             kept = cut(cell, take)
             yield Leaf(cell, Node.CUT, kept=kept)
             below = (kept,)
-        elif code in tuple(Node)[3:] and not (code == Node.NO_POSITION and cell.placed):
-            data = take("B") if code == Node.TOO_LONG else take("6i") if code == Node.UNBALANCED else ()
-            yield Leaf(cell, Node(code), tuple(int(v) for v in data))
+        elif code in LEAVES and not (code == Node.NO_POSITION and cell.placed):
+            yield Leaf(cell, LEAVES[code], tuple(map(int, take(DATA[code]))) if code in DATA else ())
         else:
             raise Malformed(f"a tree has a node {code} where none such can be")
         waiting += [(child, depth + 1) for child in reversed(below)]

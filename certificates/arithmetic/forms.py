@@ -11,6 +11,7 @@ shifts. Their numbers and bounds count in units of 1 / UNIT, which is 1 for doub
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from functools import cached_property
 from typing import Any, Self
@@ -24,7 +25,7 @@ Array = Any
 """Of doubles, or of Python's integers: one entry a cell, or one for all."""
 
 
-class Form:
+class Form(ABC):
     """One number. ``curves`` are ordered 00, 01, 11, 02, ...; slopes and curves that are missing are 0.
 
     value, rest : (N,) or (1,); slopes : (K, N or 1); curves : (K (K + 1) / 2, N or 1), or none.
@@ -38,78 +39,78 @@ class Form:
     # What an arithmetic says for itself.
 
     @staticmethod
+    @abstractmethod
     def bound(terms: Sequence[tuple[Array, Array]], more: Array = 0) -> Array:
         """Return an upper bound of ``more`` + sum a b of bounds that are not negative."""
-        raise NotImplementedError
 
     @staticmethod
+    @abstractmethod
     def quotient(a: Array, b: Array) -> Array:
         """Return an upper bound of a / b, of an upper bound a >= 0 and a lower bound b > 0."""
-        raise NotImplementedError
 
     @staticmethod
+    @abstractmethod
     def square_quotient(a: Array, b: Array) -> Array:
         """Return a lower bound of a^2 / b, of a lower bound a >= 0 and an upper bound b > 0."""
-        raise NotImplementedError
 
     @staticmethod
+    @abstractmethod
     def root(a: Array) -> Array:
         """Return an upper bound of the square root of a bound a >= 0."""
-        raise NotImplementedError
 
     @staticmethod
+    @abstractmethod
     def exceeds(a: Array, b: Array, c: Array, d: Array) -> Array:
         """Return where a b >= c d surely, a and c not negative, b and d rounded once."""
-        raise NotImplementedError
 
     @classmethod
+    @abstractmethod
     def numbers(cls, x: Array) -> Array:
         """Return doubles as this arithmetic's numbers, rounded down."""
-        raise NotImplementedError
 
     @classmethod
+    @abstractmethod
     def numbers_up(cls, x: Array) -> Array:
         """Return doubles as this arithmetic's numbers, rounded up."""
-        raise NotImplementedError
 
     @classmethod
+    @abstractmethod
     def between(cls, lo: Array, hi: Array, symbol: int) -> Self:
         """Return the numbers in [lo, hi] (doubles, one a cell) that a symbol stands for."""
-        raise NotImplementedError
 
     @classmethod
+    @abstractmethod
     def enclosing(cls, x: arb) -> Self:
         """Return a constant that encloses a ball."""
-        raise NotImplementedError
 
+    @abstractmethod
     def after_sum(self) -> Self:
         """Return this form, of sums of coefficients, with what was dropped on the way."""
-        raise NotImplementedError
 
+    @abstractmethod
     def after_products(self, sizes: Sequence[tuple[Array, Array]]) -> Self:
         """Return this form, of sums of products, in units and with what was dropped on the way.
 
         ``sizes`` : bounds of the sums of the sizes of all factors of these products, two and two.
         """
-        raise NotImplementedError
 
-    @cached_property
+    @property
+    @abstractmethod
     def steep(self) -> Array:
         """An upper bound of the sum of the sizes of the slopes."""
-        raise NotImplementedError
 
-    @cached_property
+    @property
+    @abstractmethod
     def bent(self) -> Array:
         """An upper bound of the sum of the sizes of the curves."""
-        raise NotImplementedError
 
+    @abstractmethod
     def lowest(self) -> Array:
         """Return a lower bound."""
-        raise NotImplementedError
 
+    @abstractmethod
     def within(self, lo: Array, hi: Array) -> Array:
         """Return where the number surely lies within doubles."""
-        raise NotImplementedError
 
     # What follows from it.
 

@@ -520,3 +520,23 @@ def test_lengths_below_all_doubles_end(uc2: dict[str, Any], tmp_path: Path):
     changed = copy.deepcopy(uc2)
     changed["lengths_m"] = [["1e-400", "1e-400"]] * 2
     assert refused(tmp_path, changed)
+
+
+COGIRO = (
+    "10.737826963826153,10.996863446575965,10.519354683477053,10.587410916921941,"
+    "9.838356404726296,9.423395407318322,9.501702491749816,11.157614327874176"
+)
+"""Lengths at which the searches of these subsets have thousands of cells that are hard to confirm."""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("taut", "poses"), [("c2,c3,c4", 0), ("c5,c6,c8", 0), ("c1,c2,c3,c4", 0), ("c1,c2,c3,c6", 1)]
+)
+def test_robots_whose_cables_lie_close_together_are_proved(taut: str, poses: int, tmp_path: Path):
+    document = document_of(*solved("cogiro", COGIRO, taut))
+    (tmp_path / "c").write_bytes(pack(document))
+    report = check(tmp_path / "c")
+    assert report.complete and report.solutions == poses, report.lines()[0]
+    # Cables are too long where the others have their lengths: elsewhere in a cell they need not be.
+    assert report.parts < 1.5 * report.leaves
