@@ -160,7 +160,8 @@ class Recorder:
         account.next_step()
         walked, known = 0, len(self.trees.nodes) - self.walked
         while waiting:
-            doubtful = []
+            # Both sides may hand on the same cell.
+            doubtful: dict[Cell, None] = {}
             while waiting:
                 cell = waiting.pop()
                 walked += 1
@@ -169,14 +170,14 @@ class Recorder:
                 if node is None:
                     found.append(cell)
                 elif self.is_doubtful(cell, node):
-                    doubtful.append(cell)
+                    doubtful[cell] = None
                 else:
                     waiting += self.trees.parts(cell, node)
-            for first in range(0, len(doubtful), LANES):
+            waiting = list(doubtful)
+            for first in range(0, len(waiting), LANES):
                 if budget.whole.stop() is not None:
                     return []
-                self.try_all(doubtful[first : first + LANES])
-            waiting = doubtful
+                self.try_all(waiting[first : first + LANES])
         self.walked += walked - len(found)
         return found
 
