@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from flint import arb, arb_mat, ctx
 
@@ -24,6 +24,12 @@ class Pose:
     """(3, 1), of the centre of mass."""
     densities: dict[int, arb]
     """t = tension / distance of the cables that may carry."""
+    tensions: dict[int, arb] = field(default_factory=dict)
+    """Of cables that may carry, where they are known better than from t and the distance;"""
+    distances: dict[int, arb] = field(default_factory=dict)
+    """of the others, where they are known better than from rotation and centre."""
+    middle: Pose | None = None
+    """That for the middles of ranges, from which all others are reached without passing a singular one."""
 
 
 def claimed(implied: bool, what: str) -> None:
@@ -58,9 +64,9 @@ def check_pose(
         height = -dot(pose.centre.entries(), problem.gravity) / norm(problem.gravity)
         claimed(inside(height, listed.height), "height")
         spokes = [spoke(problem, pose, i) for i in range(len(problem.names))]
-        distances = [norm(e) for _, e in spokes]
+        distances = [pose.distances.get(i, norm(e)) for i, (_, e) in enumerate(spokes)]
         for i, distance in enumerate(distances):
-            check_cable(problem, listed, i, pose.densities[i] if i in subset else None, distance)
+            check_cable(problem, listed, i, pose if i in subset else None, distance)
         taut = tuple(i for i, state in enumerate(listed.states) if state == "taut")
         claimed(listed.taut == taut, "other taut cables than states")
         if not motions:
@@ -68,21 +74,25 @@ def check_pose(
             near = all(distances[i] < problem.lengths[i][0] for i in others)
             far = any(distances[i] > problem.lengths[i][1] for i in others)
             check_respected(problem, listed, near=near, far=far)
-        chosen = [(*spokes[i], pose.densities[i]) for i in subset]
+        # Where all carry along the way from the middle, no free motion becomes stable or unstable on it.
+        holds = problem.ignore_tension_sign or all(pose.densities[i] > 0 for i in subset)
+        at = pose.middle if pose.middle is not None and holds else pose
+        chosen = [(*spoke(problem, at, i), at.densities[i]) for i in subset]
         claimed(check_stability(problem, listed, chosen, motions), f"stability {listed.stability}")
 
 
-def check_cable(problem: Problem, listed: Listed, i: int, density: arb | None, distance: arb) -> None:
-    """Check state, tension and distance of a cable; ``density`` None: it is not in the subset."""
+def check_cable(problem: Problem, listed: Listed, i: int, pose: Pose | None, distance: arb) -> None:
+    """Check state, tension and distance of a cable; ``pose`` None: it is not in the subset."""
     state, name, (lo, hi) = listed.states[i], problem.names[i], problem.lengths[i]
+    density = None if pose is None else pose.densities[i]
     low, high = listed.distances[i]
-    if density is None or problem.stiffness[i] is not None:
+    if pose is None or density is None or problem.stiffness[i] is not None:
         claimed(inside(distance, listed.distances[i]), f"distance of {name}")
         tension = 0 if density is None else density * distance
     else:
         # Its length is its distance: a ball would be slightly wider than its range.
         claimed(arb(low) <= lo and arb(high) >= hi, f"distance of {name}")
-        tension = density * hull(lo, hi)
+        tension = pose.tensions.get(i, density * hull(lo, hi))
     claimed(state == "undecided" or inside(arb(tension), listed.tensions[i]), f"tension of {name}")
     if state == "taut":
         claimed(density is not None and (problem.ignore_tension_sign or density > 0), f"{name} taut")
