@@ -64,6 +64,9 @@ test-lowest test-latest:
 fuzz: $(INSTALLED) ## draw new examples and print what reproduces a failure: make fuzz SECONDS=600 SEED=1
 	$(BIN)/python scripts/fuzz.py --seconds $(SECONDS) $(if $(SEED),--seed $(SEED))
 
+changes: $(INSTALLED) ## certificates with one thing changed: none may prove anything false
+	$(BIN)/python scripts/single_changes.py 100000 1
+
 planted: $(INSTALLED) ## random robots with known poses: none may be lost
 	$(BIN)/python scripts/planted_point_mass.py 300 1
 	$(BIN)/python scripts/planted_real.py 120 1
