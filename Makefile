@@ -15,7 +15,7 @@ SECONDS ?= 600
 # Another active environment, or modules on PYTHONPATH, must not leak into this one.
 unexport VIRTUAL_ENV PYTHONPATH PYTHONHOME
 
-.PHONY: help install demo test test-slow test-all test-lowest test-latest fuzz planted lint format types layers \
+.PHONY: help install demo test test-slow test-all test-lowest test-latest fuzz planted changes lint format types layers \
   wheel container schemas lock check clean
 .DEFAULT_GOAL := help
 
