@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import random
+from dataclasses import replace
 from fractions import Fraction
 from typing import Any
 
@@ -21,6 +22,7 @@ from certificates.arithmetic.vectors import cross, dot
 from certificates.frames import settings
 from certificates.geometry import Rotated
 from certificates.problem import read_problem
+from certificates.roots import System
 from certificates.subsets import Kind
 from certificates.verdicts import NotProved
 from tests.support.made_certificates import platform
@@ -240,6 +242,22 @@ def test_newton_follows_the_data_to_first_order():
             for d in (data.lower(), data.mid(), data.upper()):
                 root = ((2 + d / 100) / 2).sqrt()
                 assert all(v.overlaps(root) for v in found.entries()[:2])
+
+
+@pytest.mark.parametrize("digits", [2, 59, 60, 70])
+def test_lengths_of_a_range_are_all_looked_at(digits: int):
+    """Also of one that is narrower than balls are."""
+    shortest, longest = fmpq(3), 3 + fmpq(1, 10**digits)
+    question = read_problem(platform(b"", b"", b"", b""))
+    question = replace(question, lengths=[(shortest, longest), *question.lengths[1:]])
+    (setting,) = settings(question, (0, 1, 2), Kind.GENERAL)
+    with ctx.workprec(BITS):
+        exact = setting.cables(question, (0, 1, 2))
+        system = System(setting, exact, exact.mapped, 0)
+        ends = {k: exact.swings[k] * hull(-1, 1) for k in system.ranged}
+        square = exact.ranging(ends).length_square(0)
+        assert square.contains(shortest**2) and square.contains(longest**2)
+        assert system.ranged == [0] and exact.swings[1].is_zero()
 
 
 @pytest.mark.parametrize("kind", KINDS)
