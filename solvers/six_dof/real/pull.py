@@ -109,7 +109,7 @@ def density_row(F: Forms, real: Any, i: int, spots: LaneArray, S: Symbols) -> No
     add_scaled(F, DENSITY, SCALE, -middle, S)
     multiply(F, FROM_FOOT, DENSITY, ONE_OVER_SCALE, 1.0, S)
     store(F, FROM_FOOT, 0, load(F, FROM_FOOT, 0) + middle)
-    widen(F, FROM_FOOT, ROUNDINGS * middle, S)
+    widen(F, FROM_FOOT, ROUNDINGS * (abs(middle) + abs(load(F, FROM_FOOT, 0))), S)
     inverse_root(F, DENSITY, FROM_FOOT, S)
     scale(F, DENSITY, DENSITY, -load(spots, i, REST), S)
     store(F, DENSITY, 0, load(F, DENSITY, 0) + 1.0)
