@@ -82,8 +82,6 @@ CONTRACT_WIDTH = 0.6
 """Width of u below which a cell that is not excluded is contracted by all equations."""
 POSITION_SHARE = 2.0
 """How wide positions may be over what the rotations move the platform by: wider ones are bisected."""
-RANGE_SHARE = 8.0
-"""The same over the widest range of a length, which leaves positions so wide."""
 COUNTS = 0.25
 """Least stretch, over what the rotations move an anchor by, whose loss is worth another look."""
 
@@ -398,10 +396,9 @@ def choose_next(real: Any, C: LaneArray, lane: int, leaf_size: float, desk: Any)
 
     Ranges of lengths leave positions wide however small u is: below the leaf size u is no measure of them.
     """
-    arm, spread = 0.0, 0.0
+    arm = 0.0
     for i in range(real.n_taut):
         arm = max(arm, real.arm_lengths[i])
-        spread = max(spread, real.lengths[i, 1] - real.lengths[i, 0])
     best, place = 0, 0
     held = desk.held
     for k in range(1, 3):
@@ -413,8 +410,7 @@ def choose_next(real: Any, C: LaneArray, lane: int, leaf_size: float, desk: Any)
         wide = 0.5 * (place_of(C, lane, k, held, True) - place_of(C, lane, k, held, False))
         if wide > most:
             most, place = wide, k
-    enough = POSITION_SHARE * arm * turned + RANGE_SHARE * spread
-    held[lane, NEXT] = 3 + place if most > enough else best
+    held[lane, NEXT] = 3 + place if most > POSITION_SHARE * arm * turned else best
 
 
 @kernel(inline="always")
