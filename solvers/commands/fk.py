@@ -41,6 +41,8 @@ MOST_CABLES = 64
 )
 @robot_argument
 @click.option("--lengths", metavar="L1,L2,...", help="Cable lengths in m, file order, or c1=L1,c2=L2,...")
+@click.option("--angles", metavar="A1,A2,A3", help="Angles of the arms of a Delta: 30deg,30deg,30deg.")
+@click.option("--positions", metavar="S1,S2,S3", help="Positions in m of the carriages of a Delta.")
 @click.option("--tensions", metavar="T1,T2,...", help="Tensions in N instead of lengths, of a point mass.")
 @click.option(
     "--problem",
@@ -91,6 +93,10 @@ def command(robot: str, **given: Any) -> int:
     is none; 5: the checker refuses the certificate.
     """
     target = None if given["json_file"] is None else JsonTarget(given["json_file"])
+    if given["angles"] is not None or given["positions"] is not None:
+        from solvers.commands.delta import of_drives
+
+        return of_drives(robot, given, target)
     if given["tensions"] is not None:
         return _of_tensions(robot, given, target)
     certificate = None if given["certificate"] is None else JsonTarget(given["certificate"], "--certificate")

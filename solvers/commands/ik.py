@@ -71,7 +71,11 @@ def command(robot: str, **given: Any) -> int:
     every digit, ready for --lengths of fk. Exit code 6: tensions are needed (elastic cables or
     --static) and none were found, or --settle found no static pose near enough; nothing is proved.
     """
+    from solvers.commands.delta import is_delta, of_position
+
     target = None if given["json_file"] is None else JsonTarget(given["json_file"])
+    if is_delta(robot):
+        return of_position(robot, given, target)
     result = _solve(robot, given, target)
     if target is not None:
         target.write(result.to_json())

@@ -12,7 +12,7 @@ import click
 from solvers.shell.examples import examples
 
 if TYPE_CHECKING:
-    from cdpr_interval.robots.cable_robot import Robot
+    from cdpr_interval.robots.formats.reader import Machine
 
 LEAST_SOURCE = 20
 """Characters of a source that are shown on any terminal."""
@@ -29,10 +29,10 @@ def command(as_json: bool) -> int:
 
     Class, number of cables, mass, and where the numbers come from; `validate NAME` shows all of one.
     """
-    from cdpr_interval.robots.formats.reader import load_robot
+    from cdpr_interval.robots.formats.reader import load_machine
     from cdpr_interval.robots.shipped import shipped_robots
 
-    rows = [_row(name, load_robot(name)) for name in shipped_robots()]
+    rows = [_row(name, load_machine(name)) for name in shipped_robots()]
     if as_json:
         click.echo(json.dumps(rows, ensure_ascii=False))
         return 0
@@ -44,21 +44,29 @@ def command(as_json: bool) -> int:
     return 0
 
 
-def _row(name: str, robot: Robot) -> dict[str, Any]:
-    from cdpr_interval.exact.range import Range
-
-    mass = robot.platform.mass
-    lo, hi = (float(mass.lo), float(mass.hi)) if isinstance(mass, Range) else (float(mass), float(mass))
+def _row(name: str, robot: Machine) -> dict[str, Any]:
     return {
         "name": name,
         "model": robot.model,
-        "cables": len(robot.cables),
-        "mass_kg": lo if lo == hi else [lo, hi],
+        "cables": len(robot.cable_names),
+        "mass_kg": _mass_of(robot),
         "source": " ".join((robot.source or "").split()),
     }
 
 
-def _mass(mass: float | list[float]) -> str:
+def _mass_of(robot: Machine) -> float | list[float] | None:
+    from cdpr_interval.exact.range import as_range
+    from cdpr_interval.robots.cable_robot import Robot
+
+    if not isinstance(robot, Robot):
+        return None
+    lo, hi = map(float, as_range(robot.platform.mass))
+    return lo if lo == hi else [lo, hi]
+
+
+def _mass(mass: float | list[float] | None) -> str:
+    if mass is None:
+        return "-"
     return f"{mass:g}" if isinstance(mass, float) else "..".join(f"{end:g}" for end in mass)
 
 

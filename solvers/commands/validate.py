@@ -15,8 +15,10 @@ from solvers.shell.examples import examples
 
 if TYPE_CHECKING:
     from cdpr_interval.robots.cable_robot import Cable, Robot
+    from cdpr_interval.robots.delta import DeltaRobot
     from cdpr_interval.robots.numbers import Point, Scalar
     from cdpr_interval.robots.pulley import Pulley
+    from solvers.commands.target import JsonTarget
 
 FORMAT = "cdpr-validation/1"
 DATA = "cdpr_interval.robots"
@@ -43,8 +45,9 @@ def command(robot: str | None, target: str | None, quiet: bool, template: bool, 
     solve yet. Exit code 0: the file is valid, also with warnings; 2: it is not.
     """
     from cdpr_interval.errors import InputError
+    from cdpr_interval.robots.delta import DeltaRobot
     from cdpr_interval.robots.doubts import doubts
-    from cdpr_interval.robots.formats.reader import load_robot
+    from cdpr_interval.robots.formats.reader import load_machine
     from solvers.classes import class_of
     from solvers.commands.target import JsonTarget
 
@@ -58,7 +61,9 @@ def command(robot: str | None, target: str | None, quiet: bool, template: bool, 
     out = None if target is None else JsonTarget(target)
     if out is not None:
         out.require_writable()
-    found = load_robot(robot)
+    found = load_machine(robot)
+    if isinstance(found, DeltaRobot):
+        return _delta(found, out, quiet)
     reason = class_of(found).refuses(found)
     said = doubts(found)
     if out is not None:
@@ -72,6 +77,48 @@ def command(robot: str | None, target: str | None, quiet: bool, template: bool, 
         click.echo(f"warning: {doubt}", err=True)
     if reason is not None:
         click.echo(f"warning: this version cannot solve it: {reason}", err=True)
+    return 0
+
+
+def _delta(robot: DeltaRobot, out: JsonTarget | None, quiet: bool) -> int:
+    """Print and write the summary of a Delta."""
+    if out is not None:
+        from solvers.answers.json_text import dumps
+
+        document = {
+            "format": FORMAT,
+            "robot": {"name": robot.name, "sha256": robot.sha256},
+            "model": robot.model,
+            "source": robot.source,
+            "notes": robot.notes,
+            "uncertain": [
+                {"path": path, "bounds": [float(value.lo), float(value.hi)]}
+                for path, value in robot.scalars()
+                if not isinstance(value, Fraction)
+            ],
+            "warnings": [],
+            "not_supported": None,
+        }
+        out.write(dumps(document))
+    if quiet or (out is not None and out.is_stdout):
+        return 0
+    drives = "carriages on rails" if robot.is_linear else "turning arms"
+    click.echo(f"{robot.name}: valid, Delta with {drives}")
+    numbers = {
+        "base radius": robot.base_radius,
+        "platform radius": robot.platform_radius,
+        "arms": None if robot.is_linear else robot.arm,
+        "bars": robot.bar,
+    }
+    for name, value in numbers.items():
+        if value is not None:
+            click.echo(f"  {name} {_scalar(value)} m")
+    click.echo(f"  chains at {', '.join(map(str, robot.arm_angles))}")
+    for name, angle in robot.limits.items():
+        click.echo(f"  {name.replace('_', ' ')} {angle}")
+    for name, text in (("source", robot.source), ("notes", robot.notes)):
+        if text is not None:
+            click.echo(f"  {name}: {text}")
     return 0
 
 

@@ -1,29 +1,45 @@
-"""Robot files: a file of any known format, or the name of a robot that ships, becomes a `Robot`."""
+"""Robot files: a file of any known format, or the name of a robot that ships, becomes a robot.
+
+`load_machine` reads all of them; `load_robot` and `load_delta` those of one kind, and refuse the others.
+"""
 
 from __future__ import annotations
 
 import difflib
 import os
 from collections.abc import Callable, Mapping
-from importlib import resources
 from pathlib import Path
 from typing import Any
 
-from cdpr_interval.errors import InputError
+from cdpr_interval.errors import InputError, NotSupportedError
 from cdpr_interval.files.document import Document, parse_document, read_bytes
 from cdpr_interval.files.mapping import document_of
+from cdpr_interval.robots.cable_robot import FORMAT as ROBOT_FORMAT
 from cdpr_interval.robots.cable_robot import Robot
-from cdpr_interval.robots.formats import robot_reader, schema
-from cdpr_interval.robots.shipped import ROBOTS, SUFFIXES, shipped_robots
+from cdpr_interval.robots.delta import FORMAT as DELTA_FORMAT
+from cdpr_interval.robots.delta import DeltaRobot
+from cdpr_interval.robots.formats import robot_reader
+from cdpr_interval.robots.shipped import SUFFIXES, file_of, shipped_robots
 from cdpr_interval.text.literal import printable, quote
 
-FORMATS: dict[str, Callable[[Document], Robot]] = {schema.ROBOT_FORMAT: robot_reader.robot}
+Machine = Robot | DeltaRobot
+"""A robot of any format."""
+
+
+def _delta(document: Document) -> DeltaRobot:
+    """Read a Delta; its models take time to build, and most files are others."""
+    from cdpr_interval.robots.formats import delta_reader
+
+    return delta_reader.delta(document)
+
+
+FORMATS: dict[str, Callable[[Document], Machine]] = {ROBOT_FORMAT: robot_reader.robot, DELTA_FORMAT: _delta}
 """Known formats by their word: what makes a robot of a document, reporting every error. A file without the
 word, or with none that is known, is taken for the first."""
 
 
 def load_robot(source: str | os.PathLike[str]) -> Robot:
-    """Read a robot file, or a robot that ships with the package.
+    """Read the file of a cable robot, or one that ships with the package.
 
     Parameters
     ----------
@@ -39,8 +55,31 @@ def load_robot(source: str | os.PathLike[str]) -> Robot:
     ------
     InputError
         With one line per error; see `parse_robot`.
+    NotSupportedError
+        It is another machine.
     """
-    return parse_robot(*read_robot(source))
+    return with_cables(load_machine(source))
+
+
+def load_delta(source: str | os.PathLike[str]) -> DeltaRobot:
+    """Read the file of a Delta, or one that ships; as `load_robot`."""
+    found = load_machine(source)
+    if not isinstance(found, DeltaRobot):
+        raise NotSupportedError(f"robot '{found.name}': is no Delta, but a robot with cables")
+    return found
+
+
+def load_machine(source: str | os.PathLike[str]) -> Machine:
+    """Read a robot of any format; as `load_robot`."""
+    data, file = read_robot(source)
+    return _read(parse_document(data, file))
+
+
+def with_cables(machine: Machine) -> Robot:
+    """Return a robot that has cables; `NotSupportedError` for another one."""
+    if not isinstance(machine, Robot):
+        raise NotSupportedError(f"robot '{machine.name}': is a Delta, which has no cables")
+    return machine
 
 
 def read_robot(source: str | os.PathLike[str]) -> tuple[bytes, str]:
@@ -49,8 +88,7 @@ def read_robot(source: str | os.PathLike[str]) -> tuple[bytes, str]:
     name = text.removesuffix(".yaml")
     shipped = shipped_robots()
     if name in shipped and not Path(text).is_file():
-        file = f"{name}.yaml"
-        return resources.files(ROBOTS).joinpath("library", file).read_bytes(), file
+        return file_of(name).read_bytes(), f"{name}.yaml"
     if "\0" not in text and not os.path.lexists(text):
         raise InputError(_not_found(text, shipped))
     return read_bytes(text), text
@@ -77,15 +115,15 @@ def parse_robot(data: bytes | str, file: str = "<text>") -> Robot:
         With one line per error, ``FILE:LINE:COLUMN: path: rule``, lines and columns from 1,
         indices in the path from 0.
     """
-    return _read(parse_document(data, file))
+    return with_cables(_read(parse_document(data, file)))
 
 
 def robot_of(data: Mapping[str, Any], label: str) -> Robot:
     """Return the robot of a mapping with the keys of a file; see `Robot.from_dict`."""
-    return _read(document_of(data, label))
+    return with_cables(_read(document_of(data, label)))
 
 
-def _read(document: Document) -> Robot:
+def _read(document: Document) -> Machine:
     """Return the robot of a document of any known format."""
     stated = document.root.mapping.get("format")
     first = next(iter(FORMATS))

@@ -23,11 +23,11 @@ def robot(document: Document) -> Robot:
     """Check the tree against the schema and build the robot, or raise with every error."""
     _check_names(document)
     _check_winches(document)
-    found = _robot(_models(document).validated(document), _notes(document))
+    found = _robot(_models(document).validated(document), notes_of(document))
     return found.read_from(document.data) if document.data else found
 
 
-def _notes(document: Document) -> str | None:
+def notes_of(document: Document) -> str | None:
     """Return what the file says in ``notes``: a text, or a list of texts as its lines."""
     node = document.root.mapping.get("notes")
     if node is None:
@@ -87,7 +87,7 @@ def _robot(block: schema.RobotBlock, notes: str | None) -> Robot:
     """Return the robot of validated blocks; absent keys take the model's defaults."""
     given: dict[str, Any] = {}
     if block.gravity_m_s2 is not None:
-        given["gravity"] = _point(block.gravity_m_s2)
+        given["gravity"] = point_of(block.gravity_m_s2)
     if getattr(block, "winches", None) is not None:
         from cdpr_interval.robots.formats.winch_reader import settings
 
@@ -97,17 +97,17 @@ def _robot(block: schema.RobotBlock, notes: str | None) -> Robot:
 
 
 def _platform(block: schema.PlatformBlock) -> Platform:
-    mass = _scalar(block.mass_kg)
+    mass = scalar_of(block.mass_kg)
     return (
-        Platform(mass) if block.centre_of_mass_m is None else Platform(mass, _point(block.centre_of_mass_m))
+        Platform(mass) if block.centre_of_mass_m is None else Platform(mass, point_of(block.centre_of_mass_m))
     )
 
 
 def _cable(block: schema.CableBlock) -> Cable:
     return Cable(
         block.name,
-        _point(block.frame_anchor_m),
-        _point(block.platform_anchor_m),
+        point_of(block.frame_anchor_m),
+        point_of(block.platform_anchor_m),
         None if block.elasticity is None else _elasticity(block.elasticity),
         block.tension_limits_N,
         _winch(block),
@@ -125,32 +125,33 @@ def _winch(block: schema.CableBlock) -> Winch | None:
 
 def _pulley(block: schema.PulleyBlock) -> Pulley:
     given: dict[str, Any] = {
-        "radius": _scalar(block.radius_m),
+        "radius": scalar_of(block.radius_m),
         "joints": block.joints,
         "balance": block.balance,
     }
     if block.arm_m is not None:
-        given["arm"] = _scalar(block.arm_m)
+        given["arm"] = scalar_of(block.arm_m)
     if block.axis is not None:
-        given["axis"] = _point(block.axis)
+        given["axis"] = point_of(block.axis)
     if block.lead_in_m is not None:
-        given["lead_in"] = _scalar(block.lead_in_m)
+        given["lead_in"] = scalar_of(block.lead_in_m)
     return Pulley(**given)
 
 
 def _elasticity(block: schema.ElasticityBlock) -> Elasticity:
     if block.stiffness_N_per_m is not None:
-        return Elasticity(stiffness=_scalar(block.stiffness_N_per_m))
+        return Elasticity(stiffness=scalar_of(block.stiffness_N_per_m))
     assert block.axial_stiffness_N is not None
-    return Elasticity(axial_stiffness=_scalar(block.axial_stiffness_N))
+    return Elasticity(axial_stiffness=scalar_of(block.axial_stiffness_N))
 
 
-def _point(quantities: tuple[Any, Any, Any]) -> Point:
-    x, y, z = map(_scalar, quantities)
+def point_of(quantities: tuple[Any, Any, Any]) -> Point:
+    """Return a vector of numbers or ranges."""
+    x, y, z = map(scalar_of, quantities)
     return x, y, z
 
 
-def _scalar(quantity: Any) -> Scalar:
+def scalar_of(quantity: Any) -> Scalar:
     """Return the number, or the range where the bounds differ."""
     lo, hi = bounds(quantity)
     return lo if lo == hi else Range(lo, hi)
