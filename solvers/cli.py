@@ -30,6 +30,7 @@ COMMANDS = {
     "ik": "solvers.commands.ik",
     "batch": "solvers.commands.batch",
     "check": "solvers.commands.check",
+    "kinematics": "solvers.commands.kinematics",
     "motion": "solvers.commands.motion",
     "polynomial": "solvers.commands.polynomial",
     "report": "solvers.commands.report",

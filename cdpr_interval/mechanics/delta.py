@@ -272,6 +272,12 @@ def narrowed_drive(delta: Delta, i: int, centre: Vector, drive: arb) -> arb:
     return drive
 
 
+def drive_of_knee(delta: Delta, i: int, knee: Vector) -> arb:
+    """Return the drive that brings a moved knee to a place."""
+    chain, way = delta.chains[i], minus(knee, delta.chains[i].shoulder)
+    return arb.atan2(-way[2], dot(chain.outward, way)) if chain.rail is None else dot(chain.rail, way)
+
+
 def principal(angle: arb) -> arb:
     """Return an angle moved into (-pi, pi]; one that may lie on either side of the cut stays where it is."""
     if angle > arb.pi():

@@ -10,6 +10,7 @@ import numpy as np
 from flint import arb
 
 from cdpr_interval.exact import balls
+from cdpr_interval.exact.enclosure import length_bounds
 from cdpr_interval.exact.range import Range
 from cdpr_interval.mechanics.delta import Drives, delta_of, drives_at
 from cdpr_interval.robots.delta import DeltaRobot
@@ -89,7 +90,7 @@ def answer_position(robot: DeltaRobot, position: Any, label: Callable[[str], str
             tool=this_tool(),
             robot=RobotIdentity(robot.name, robot.sha256),
             model=robot.model,
-            question=DeltaQuestion("ik", position=bounds(place)),
+            question=DeltaQuestion("ik", position=length_bounds(read)),
             outcome=Outcome.INCOMPLETE if reasons else Outcome.COMPLETE,
             message=_message(found, reach, kept, reasons),
             reachable=reach,
