@@ -12,6 +12,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parent))
 import format_pages
 
 from cdpr_interval.files.fields import schema_of
+from cdpr_interval.robots.formats.delta_schema import json_schema as delta_schema
 from cdpr_interval.robots.formats.schema import json_schema
 from cdpr_interval.robots.formats.winch_schema import RobotWithWinches
 from solvers.answers.data import FORMAT, ResultData
@@ -19,6 +20,11 @@ from solvers.answers.document import schema_of as result_schema
 from solvers.answers.inverse import FORMAT as IK_FORMAT
 from solvers.answers.inverse import IkData
 from solvers.batch.job_schema import BATCH_FORMAT, BatchBlock
+from solvers.delta.data import FORMAT as DELTA_FORMAT
+from solvers.delta.data import IK_FORMAT as DELTA_IK_FORMAT
+from solvers.delta.data import DeltaIkData, DeltaResultData
+from solvers.delta.kinematics_data import FORMAT as KINEMATICS_FORMAT
+from solvers.delta.kinematics_data import DeltaKinematics
 from solvers.motions.data import FORMAT as MOTION_FORMAT
 from solvers.motions.data import MotionData
 from solvers.questions.problem_schema import PROBLEM_FORMAT, ProblemBlock
@@ -30,8 +36,14 @@ def schemas() -> dict[str, str]:
     """Return the text of each schema file by its place in the repository."""
     models = {
         "cdpr_interval/robots/schemas/cdpr-robot-1.schema.json": json_schema(RobotWithWinches),
+        "cdpr_interval/robots/schemas/delta-robot-1.schema.json": delta_schema(),
         "solvers/schemas/cdpr-batch-1.schema.json": schema_of(BatchBlock, BATCH_FORMAT),
+        "solvers/schemas/cdpr-delta-ik-result-1.schema.json": result_schema(DeltaIkData, DELTA_IK_FORMAT),
+        "solvers/schemas/cdpr-delta-result-1.schema.json": result_schema(DeltaResultData, DELTA_FORMAT),
         "solvers/schemas/cdpr-ik-result-1.schema.json": result_schema(IkData, IK_FORMAT),
+        "solvers/schemas/cdpr-kinematics-result-1.schema.json": result_schema(
+            DeltaKinematics, KINEMATICS_FORMAT
+        ),
         "solvers/schemas/cdpr-motion-1.schema.json": result_schema(MotionData, MOTION_FORMAT),
         "solvers/schemas/cdpr-problem-1.schema.json": schema_of(ProblemBlock, PROBLEM_FORMAT),
         "solvers/schemas/cdpr-result-1.schema.json": result_schema(ResultData, FORMAT),

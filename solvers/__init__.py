@@ -27,6 +27,10 @@ if TYPE_CHECKING:
     from solvers.answers.provenance import Provenance
     from solvers.answers.result import Result
     from solvers.certification import write_certificate
+    from solvers.delta.controller import Delta
+    from solvers.delta.drives import delta_drives
+    from solvers.delta.kinematics import delta_kinematics
+    from solvers.delta.poses import delta_poses
     from solvers.forward import forward_kinematics
     from solvers.kinematics.inverse import inverse_kinematics
     from solvers.motions.motion import motion
@@ -44,6 +48,7 @@ if TYPE_CHECKING:
 _HOMES = {
     "CableState": "solvers.answers.data",
     "Certainty": "solvers.answers.data",
+    "Delta": "solvers.delta.controller",
     "Estimate": "solvers.six_dof.estimate",
     "Family": "solvers.answers.data",
     "IkResult": "solvers.answers.ik_result",
@@ -66,6 +71,9 @@ _HOMES = {
     "TrackedPose": "solvers.six_dof.tracked_pose",
     "Tracker": "solvers.six_dof.tracker",
     "Undecided": "solvers.answers.data",
+    "delta_drives": "solvers.delta.drives",
+    "delta_kinematics": "solvers.delta.kinematics",
+    "delta_poses": "solvers.delta.poses",
     "forward_kinematics": "solvers.forward",
     "inverse_kinematics": "solvers.kinematics.inverse",
     "motion": "solvers.motions.motion",
@@ -80,6 +88,7 @@ _HOMES = {
 __all__ = [
     "CableState",
     "Certainty",
+    "Delta",
     "Estimate",
     "Family",
     "IkResult",
@@ -102,6 +111,9 @@ __all__ = [
     "TrackedPose",
     "Tracker",
     "Undecided",
+    "delta_drives",
+    "delta_kinematics",
+    "delta_poses",
     "forward_kinematics",
     "inverse_kinematics",
     "motion",

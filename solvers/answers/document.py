@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Hashable, Mapping, Sequence
+from dataclasses import fields
 from functools import cache
 from typing import TYPE_CHECKING, Any, TypeVar, cast
 
@@ -118,7 +119,8 @@ def from_document(source: str | bytes | Mapping[str, Any], kind: type[T], form: 
         found = f"is {root['format']!r}" if "format" in root else "missing"
         raise InputError(f"{label}.format: must be '{form}', {found}")
     try:
-        return adapter(kind).validate_json(text, context=_names(root, label))
+        names = _names(root, label) if any(f.name == "cables" for f in fields(cast("Any", kind))) else ()
+        return adapter(kind).validate_json(text, context=names)
     except ValidationError as error:
         raise InputError(*_complaints(error, label)) from None
 

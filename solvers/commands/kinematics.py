@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 @click.option(
     "--box",
     metavar="DX,DY,DZ",
-    help="Half widths in m of a box of poses, to be proved free of singular ones.",
+    help="Half widths in m of a box to be proved free of singularities.",
 )
 @time_limit_option("Stop looking at the box after so many seconds.")
 @click.option(
