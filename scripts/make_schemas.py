@@ -13,6 +13,7 @@ import format_pages
 
 from cdpr_interval.files.fields import schema_of
 from cdpr_interval.robots.formats.delta_schema import json_schema as delta_schema
+from cdpr_interval.robots.formats.mechanism_schema import json_schema as mechanism_schema
 from cdpr_interval.robots.formats.schema import json_schema
 from cdpr_interval.robots.formats.winch_schema import RobotWithWinches
 from solvers.answers.data import FORMAT, ResultData
@@ -37,6 +38,7 @@ def schemas() -> dict[str, str]:
     models = {
         "cdpr_interval/robots/schemas/cdpr-robot-1.schema.json": json_schema(RobotWithWinches),
         "cdpr_interval/robots/schemas/delta-robot-1.schema.json": delta_schema(),
+        "cdpr_interval/robots/schemas/mechanism-1.schema.json": mechanism_schema(),
         "solvers/schemas/cdpr-batch-1.schema.json": schema_of(BatchBlock, BATCH_FORMAT),
         "solvers/schemas/cdpr-delta-ik-result-1.schema.json": result_schema(DeltaIkData, DELTA_IK_FORMAT),
         "solvers/schemas/cdpr-delta-result-1.schema.json": result_schema(DeltaResultData, DELTA_FORMAT),

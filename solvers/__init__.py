@@ -33,6 +33,7 @@ if TYPE_CHECKING:
     from solvers.delta.poses import delta_poses
     from solvers.forward import forward_kinematics
     from solvers.kinematics.inverse import inverse_kinematics
+    from solvers.kinematics.mobility import Mobility, mobility
     from solvers.motions.motion import motion
     from solvers.motions.result import Motion
     from solvers.point_mass.controller import PointMassPose, PoseStatus
@@ -52,6 +53,7 @@ _HOMES = {
     "Estimate": "solvers.six_dof.estimate",
     "Family": "solvers.answers.data",
     "IkResult": "solvers.answers.ik_result",
+    "Mobility": "solvers.kinematics.mobility",
     "Motion": "solvers.motions.result",
     "Nominal": "solvers.answers.data",
     "Outcome": "solvers.answers.data",
@@ -76,6 +78,7 @@ _HOMES = {
     "delta_poses": "solvers.delta.poses",
     "forward_kinematics": "solvers.forward",
     "inverse_kinematics": "solvers.kinematics.inverse",
+    "mobility": "solvers.kinematics.mobility",
     "motion": "solvers.motions.motion",
     "motion_picture": "solvers.report.motion_picture",
     "polynomial_report": "solvers.polynomial",
@@ -92,6 +95,7 @@ __all__ = [
     "Estimate",
     "Family",
     "IkResult",
+    "Mobility",
     "Motion",
     "Nominal",
     "Outcome",
@@ -116,6 +120,7 @@ __all__ = [
     "delta_poses",
     "forward_kinematics",
     "inverse_kinematics",
+    "mobility",
     "motion",
     "motion_picture",
     "polynomial_report",

@@ -31,6 +31,7 @@ COMMANDS = {
     "batch": "solvers.commands.batch",
     "check": "solvers.commands.check",
     "kinematics": "solvers.commands.kinematics",
+    "mobility": "solvers.commands.mobility",
     "motion": "solvers.commands.motion",
     "polynomial": "solvers.commands.polynomial",
     "report": "solvers.commands.report",
