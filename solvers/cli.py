@@ -219,9 +219,9 @@ def _command_meant(word: str) -> str | None:
     """Return the command that the first word looks like, None where it is a robot or looks more like one."""
     import difflib
 
-    from cdpr_interval.robots.shipped import SUFFIXES, shipped_robots
+    from cdpr_interval.robots.shipped import SUFFIXES, shipped_machines
 
-    shipped = shipped_robots()
+    shipped = shipped_machines()
     if word.startswith("-") or word.endswith(SUFFIXES) or word in shipped or os.path.lexists(word):
         return None
     close = difflib.get_close_matches(word, [*COMMANDS, *shipped], 1)

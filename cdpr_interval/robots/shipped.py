@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from functools import cache
 from importlib import resources
 from importlib.resources.abc import Traversable
 
@@ -13,17 +12,24 @@ SUFFIXES = (".yaml", ".yml", ".json")
 
 
 def shipped_robots() -> tuple[str, ...]:
-    """Return the names of the robots that ship with the package, in alphabetical order."""
-    return tuple(sorted(_files()))
+    """Return the names of the robots with cables that ship, in alphabetical order."""
+    return tuple(sorted(_names(_library())))
+
+
+def shipped_machines() -> tuple[str, ...]:
+    """Return the names of all robots that ship, with cables and without, in alphabetical order."""
+    return tuple(sorted([*_names(_library()), *_names(_library().joinpath("delta"))]))
 
 
 def file_of(name: str) -> Traversable:
     """Return the file of a robot that ships."""
-    return _files()[name]
+    folder = _library() if name in shipped_robots() else _library().joinpath("delta")
+    return folder.joinpath(f"{name}.yaml")
 
 
-@cache
-def _files() -> dict[str, Traversable]:
-    library = resources.files(ROBOTS).joinpath("library")
-    files = [*library.iterdir(), *library.joinpath("delta").iterdir()]
-    return {file.name.removesuffix(".yaml"): file for file in files if file.name.endswith(".yaml")}
+def _library() -> Traversable:
+    return resources.files(ROBOTS).joinpath("library")
+
+
+def _names(folder: Traversable) -> list[str]:
+    return [file.name.removesuffix(".yaml") for file in folder.iterdir() if file.name.endswith(".yaml")]

@@ -30,9 +30,9 @@ def command(as_json: bool) -> int:
     Class, number of cables, mass, and where the numbers come from; `validate NAME` shows all of one.
     """
     from cdpr_interval.robots.formats.reader import load_machine
-    from cdpr_interval.robots.shipped import shipped_robots
+    from cdpr_interval.robots.shipped import shipped_machines
 
-    rows = [_row(name, load_machine(name)) for name in shipped_robots()]
+    rows = [_row(name, load_machine(name)) for name in shipped_machines()]
     if as_json:
         click.echo(json.dumps(rows, ensure_ascii=False))
         return 0

@@ -17,9 +17,9 @@ Completion = Callable[[click.Context, click.Parameter, str], list[CompletionItem
 
 def robots(ctx: click.Context | None, parameter: click.Parameter | None, begun: str) -> list[CompletionItem]:
     """Return the shipped robots, files of robots, and folders that begin like this."""
-    from cdpr_interval.robots.shipped import SUFFIXES, shipped_robots
+    from cdpr_interval.robots.shipped import SUFFIXES, shipped_machines
 
-    shipped = [name for name in shipped_robots() if name.startswith(begun)]
+    shipped = [name for name in shipped_machines() if name.startswith(begun)]
     found = [*shipped, *_files(begun, SUFFIXES)]
     # Without a candidate of our own the shell completes files: folders on the way, links, `~`.
     return [CompletionItem(name) for name in found] or files(ctx, parameter, begun)

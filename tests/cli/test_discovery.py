@@ -11,7 +11,7 @@ import pytest
 from click.testing import CliRunner
 
 from cdpr_interval import load_robot
-from cdpr_interval.robots.shipped import shipped_robots
+from cdpr_interval.robots.shipped import shipped_machines
 from solvers.cli import COMMANDS, cli
 from solvers.shell.examples import HEAD
 from tests.support.batch_workers import listed
@@ -81,9 +81,9 @@ def test_examples_run_as_they_stand(name, folder, monkeypatch):
 
 def test_robots_lists_what_ships():
     lines = run("robots").stdout.splitlines()
-    assert [line.split()[0] for line in lines] == ["name", *shipped_robots()]
+    assert [line.split()[0] for line in lines] == ["name", *shipped_machines()]
     rows = json.loads(run("robots", "--json").stdout)
-    for row, name in zip(rows, shipped_robots(), strict=True):
+    for row, name in zip(rows, shipped_machines(), strict=True):
         robot = load_robot(name)
         assert row == {
             "name": name,
@@ -194,5 +194,5 @@ def test_completion(tmp_path):
     assert complete("cdpr-solve fk uc2 --certificate x", tmp_path) == ["file,x"]
     assert complete("cdpr-solve batch status r", tmp_path) == ["dir,r"]
     everything = complete("cdpr-solve ", tmp_path, 1)
-    wanted = [*COMMANDS, *shipped_robots(), "crane8.yaml"]
+    wanted = [*COMMANDS, *shipped_machines(), "crane8.yaml"]
     assert everything == [f"plain,{word}" for word in wanted]

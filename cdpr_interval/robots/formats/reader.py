@@ -19,7 +19,7 @@ from cdpr_interval.robots.cable_robot import Robot
 from cdpr_interval.robots.delta import FORMAT as DELTA_FORMAT
 from cdpr_interval.robots.delta import DeltaRobot
 from cdpr_interval.robots.formats import robot_reader
-from cdpr_interval.robots.shipped import SUFFIXES, file_of, shipped_robots
+from cdpr_interval.robots.shipped import SUFFIXES, file_of, shipped_machines
 from cdpr_interval.text.literal import printable, quote
 
 Machine = Robot | DeltaRobot
@@ -86,7 +86,7 @@ def read_robot(source: str | os.PathLike[str]) -> tuple[bytes, str]:
     """Return the contents of a robot file or of a shipped robot, and its name; see `load_robot`."""
     text = os.fspath(source)
     name = text.removesuffix(".yaml")
-    shipped = shipped_robots()
+    shipped = shipped_machines()
     if name in shipped and not Path(text).is_file():
         return file_of(name).read_bytes(), f"{name}.yaml"
     if "\0" not in text and not os.path.lexists(text):

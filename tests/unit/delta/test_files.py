@@ -9,7 +9,7 @@ from cdpr_interval.files.document import parse_document
 from cdpr_interval.robots.delta import DeltaRobot
 from cdpr_interval.robots.formats.delta_reader import delta
 from cdpr_interval.robots.formats.reader import load_delta
-from cdpr_interval.robots.shipped import shipped_robots
+from cdpr_interval.robots.shipped import shipped_machines, shipped_robots
 from cdpr_interval.text.writing import yaml_text
 
 PLAIN = "format: delta-robot/1\nname: small\nbase_radius_m: 0.15\nplatform_radius_m: 0.025\nbar_m: 0.38\n"
@@ -27,7 +27,7 @@ def errors(text: str) -> tuple[str, ...]:
 
 
 def test_every_shipped_delta_is_read_and_written_again():
-    names = [name for name in shipped_robots() if name.startswith(("clavel", "delta", "micro"))]
+    names = [name for name in shipped_machines() if name not in shipped_robots()]
     assert len(names) == 27
     for name in names:
         robot = load_delta(name)

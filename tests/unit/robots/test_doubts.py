@@ -9,7 +9,7 @@ import pytest
 from cdpr_interval import load_robot
 from cdpr_interval.robots.cable_robot import Cable, Elasticity, Platform, Robot
 from cdpr_interval.robots.doubts import doubts
-from cdpr_interval.robots.formats.reader import shipped_robots
+from cdpr_interval.robots.shipped import shipped_robots
 
 FAR = "platform_anchor_m: that of c0"
 WIDE = "from the platform's origin, the frame 7.81 m wide (also c1, c2, c3)"

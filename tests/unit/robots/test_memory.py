@@ -20,7 +20,8 @@ from cdpr_interval import CdprError, InputError, Robot, load_robot
 from cdpr_interval.exact.decimals import decimal_text, rounded_down
 from cdpr_interval.exact.range import Range
 from cdpr_interval.robots.cable_robot import Cable, Elasticity, Platform
-from cdpr_interval.robots.formats.reader import parse_robot, shipped_robots
+from cdpr_interval.robots.formats.reader import parse_robot
+from cdpr_interval.robots.shipped import shipped_robots
 from solvers import forward_kinematics
 
 LAMP = {
