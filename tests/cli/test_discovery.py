@@ -10,7 +10,7 @@ import click
 import pytest
 from click.testing import CliRunner
 
-from cdpr_interval import load_robot
+from cdpr_interval.robots.formats.reader import load_machine
 from cdpr_interval.robots.shipped import shipped_machines
 from solvers.cli import COMMANDS, cli
 from solvers.shell.examples import HEAD
@@ -84,12 +84,12 @@ def test_robots_lists_what_ships():
     assert [line.split()[0] for line in lines] == ["name", *shipped_machines()]
     rows = json.loads(run("robots", "--json").stdout)
     for row, name in zip(rows, shipped_machines(), strict=True):
-        robot = load_robot(name)
+        robot = load_machine(name)
         assert row == {
             "name": name,
             "model": robot.model,
-            "cables": len(robot.cables),
-            "mass_kg": float(robot.platform.mass),
+            "cables": len(robot.cable_names),
+            "mass_kg": float(robot.platform.mass) if robot.cable_names else None,
             "source": " ".join(robot.source.split()),
         }
     (fast,) = (line for line in lines if line.startswith("fast "))

@@ -95,7 +95,7 @@ def test_a_robot_of_no_class_is_refused(bob, monkeypatch) -> None:
 def test_a_file_format_that_is_not_known_names_those_that_are(bob, tmp_path) -> None:
     path = tmp_path / "other.yaml"
     path.write_text("format: delta/7\nname: x\n", encoding="utf-8")
-    with pytest.raises(InputError, match="must be 'cdpr-robot/1' or 'plumb-robot/1', got"):
+    with pytest.raises(InputError, match="must be 'cdpr-robot/1' or 'delta-robot/1' or 'plumb-robot/1', got"):
         load_robot(path)
 
 

@@ -217,12 +217,12 @@ def test_the_good_file_is_good():
         (
             "format: cdpr-robot/1",
             "format: cdpr-robot/2",
-            "1:9: format: must be 'cdpr-robot/1', got the text 'cdpr-robot/2'",
+            "1:9: format: must be 'cdpr-robot/1' or 'delta-robot/1', got the text 'cdpr-robot/2'",
         ),
         (
             "format: cdpr-robot/1",
             "format: cdpr-problem/1",
-            "1:9: format: must be 'cdpr-robot/1', got the text 'cdpr-problem/1'",
+            "1:9: format: must be 'cdpr-robot/1' or 'delta-robot/1', got the text 'cdpr-problem/1'",
         ),
         # YAML beyond plain data
         ("80", "!!float 80", "4:12: platform.mass_kg: tags are not allowed ('!!float')"),
