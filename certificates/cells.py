@@ -164,8 +164,7 @@ class Place:
         self.rotated, self.x, self.kind = rotated, x, type(rotated.s)
         self.count = ALONG + 1 if on_branch else 6
         """Symbols: u, then the distance along the normal of the centres from a guess, or x."""
-        # On a branch the second and third length only say again how the position follows u.
-        self.equations = rotated.lengths(x, rotated.lines[2 if on_branch else 0 :])
+        self.equations = rotated.equations(x, on_branch)
         self.slopes = slopes(self.equations, self.count)
         """(equations, symbols, N)."""
         self.columns = guess.pivots(self.slopes)

@@ -118,6 +118,13 @@ class Rotated:
         """Return numbers that are 0 where the first cable and others have their lengths."""
         return [dot(x, x) - self.platform.square, *(dot(d, x) - k for d, k in lines)]
 
+    def equations(self, x: Vector, on_branch: bool) -> Vector:
+        """Return numbers that are 0 at all poses.
+
+        On a branch the second and third length only say again how the position follows u.
+        """
+        return self.lengths(x, self.lines[2 if on_branch else 0 :])
+
     def spheres(self, x: Vector) -> Vector:
         """Return |x|^2 - l_1^2 and s (|e_i|^2 - l_i^2) of the other taut cables: one length in each."""
         square, halves = dot(x, x), self.platform.halves

@@ -7,10 +7,10 @@ from itertools import combinations
 import numpy as np
 from flint import arb, arb_mat
 
-from certificates.arithmetic.balls import column, hull, norm, unit
+from certificates.arithmetic.balls import column, hull, unit
 from certificates.arithmetic.floats import Floats
 from certificates.arithmetic.jets import Jet
-from certificates.claims import Pose, check_pose, spoke
+from certificates.claims import Pose, check_pose, path_length
 from certificates.clock import in_time
 from certificates.newton import Zero
 from certificates.problem import Listed
@@ -146,7 +146,7 @@ def is_rejected(search: Search, pose: Pose) -> bool:
     if not problem.ignore_tension_sign and any(t < 0 for t in pose.densities.values()):
         return True
     return any(
-        norm(spoke(problem, pose, i)[1]) > hi
+        path_length(problem, pose, i) > hi
         for i, (_, hi) in enumerate(problem.lengths)
         if search.may_be_slack(i)
     )

@@ -42,6 +42,10 @@ class System:
         if self.balanced:
             self.unknowns += [TENSION + k for k in range(platform.taut)]
 
+    def rotated(self, platform: Any, u: Sequence[Any]) -> Rotated:
+        """Return the platform turned."""
+        return Rotated(platform, self.chart, u)
+
     def jets(self, x: Sequence[Any]) -> list[Any]:
         """Return u, x and t with derivatives by the unknowns, given these; other entries are 0."""
         one = 0 * x[0] + 1
@@ -73,7 +77,7 @@ class System:
         W: t - t_0 = -L (W t_0 + w_0) - (L W - I)(t - t_0).
         """
         kind = type(box[0])
-        *wrenches, load = Rotated(self.over(kind), self.chart, box[:3]).wrenches(box[3:])
+        *wrenches, load = self.rotated(self.over(kind), box[:3]).wrenches(box[3:])
         columns = stacked([stacked([v.doubles() for v in w]) for w in [*wrenches, load]])
         columns, right = columns[:-1], columns[-1]
         L = usable(guess.solve(guess.gram(columns, np.ones((len(columns), right.shape[-1]), bool)), columns))

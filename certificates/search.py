@@ -5,7 +5,7 @@ from __future__ import annotations
 import base64
 import binascii
 import math
-from collections.abc import Iterator
+from collections.abc import Container, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -16,7 +16,7 @@ from flint import arb, arb_mat, ctx, fmpq
 from certificates.arithmetic.balls import BITS, column
 from certificates.arithmetic.forms import Array, Form, Vector
 from certificates.frames import Setting
-from certificates.geometry import HALF_TURNS, Platform
+from certificates.geometry import HALF_TURNS, Platform, Rotated
 from certificates.literals import bounds_of, entry_of, index_of, list_of
 from certificates.problem import Problem
 from certificates.roots import System
@@ -65,11 +65,24 @@ class Search:
             raise Malformed(f"more than {MOST_ROOTS} roots in a search")
         self.roots = [self.read_root(v, solutions) for v in roots]
         with ctx.workprec(BITS):
-            self.platform = setting.cables(problem, self.order)
+            self.platform = self.built()
         self.mapped: dict[type[Form], Platform] = {}
         self.trees = list_of(found["trees"], "trees", 4)
         if not SHORTEST < self.reach < LONGEST:
             raise NotProved(f"cells of lengths like {self.reach:g} m are not checked")
+
+    @property
+    def views(self) -> Sequence[Any]:
+        """Sets of equations and wrenches by which cells in (u, x) are looked at, one after the other."""
+        return (Rotated,)
+
+    def built(self) -> Any:
+        """Return the platform in balls."""
+        return self.setting.cables(self.problem, self.order)
+
+    def start(self, chart: int, frozen: Container[int]) -> Cell:
+        """Return the cell of all poses of a chart."""
+        return Cell(chart, tuple((0.0, 0.0) if k in frozen else (-1.0, 1.0) for k in range(3)))
 
     def read_root(self, entry: Any, solutions: int) -> Root:
         """Return a root as it is written. Older files have "end": null in it."""
@@ -103,8 +116,7 @@ class Search:
                 content = base64.b64decode(text, validate=True)
             except (TypeError, ValueError, binascii.Error):
                 raise Malformed("trees: not base64") from None
-            start = Cell(chart, tuple((0.0, 0.0) if k in frozen else (-1.0, 1.0) for k in range(3)))
-            yield from decode(content, start, self.reach, self.setting.planar)
+            yield from decode(content, self.start(chart, frozen), self.reach, self.setting.planar)
 
     @cached_property
     def reach(self) -> float:
@@ -128,16 +140,18 @@ class Search:
 
     def coordinates(self, chart: int, rotation: arb_mat, centre: arb_mat) -> list[arb] | None:
         """Return (u, x) of a pose in a chart, or None where the chart may not reach it."""
-        base, first = self.setting.base, self.order[0]
+        base = self.setting.base
         r = base * rotation * self.setting.platform.transpose() * half_turn(chart)
         trace = 1 + r[0, 0] + r[1, 1] + r[2, 2]
         if not trace > 0:
             return None
         u = [(r[2, 1] - r[1, 2]) / trace, (r[0, 2] - r[2, 0]) / trace, (r[1, 0] - r[0, 1]) / trace]
-        x = base * (
-            centre + rotation * column(self.problem.points[first]) - column(self.problem.exits[first])
-        )
-        return [*u, *x.entries()]
+        return [*u, *(base * self.way(rotation, centre)).entries()]
+
+    def way(self, rotation: arb_mat, centre: arb_mat) -> arb_mat:
+        """Return x in the robot's frame."""
+        first = self.order[0]
+        return centre + rotation * column(self.problem.points[first]) - column(self.problem.exits[first])
 
     def lies_in(self, values: list[arb], root: Root) -> bool:
         """Return True when a pose (u, x) of this search is proved to lie in a root's box.

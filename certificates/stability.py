@@ -35,10 +35,19 @@ def check_stability(
     # Without a tension proved positive a cable may let go: it holds no motion back.
     holding = [(r, e) for r, e, t in cables if t > 0 or problem.ignore_tension_sign]
     rows = [[*e, *cross(r, e)] for r, e in holding]
+    return (bool(rows) or listed.stability != "stable") and follows(
+        listed, form, rows, motions, len(rows) == len(cables)
+    )
+
+
+def follows(
+    listed: Listed, form: arb_mat, rows: Sequence[Vector], motions: Sequence[Vector], all_hold: bool
+) -> bool:
+    """Return True when what is said about stability follows from the form on what the rows leave free."""
     if listed.stability == "stable":
-        return bool(rows) and is_stable(form, arb_mat([*rows, *motions]))
-    decided = len(rows) == len(cables) and "undecided" not in listed.states
-    return listed.stability == "unstable" and decided and falls(form, arb_mat(rows))
+        return is_stable(form, [*rows, *motions])
+    decided = all_hold and "undecided" not in listed.states
+    return listed.stability == "unstable" and decided and falls(form, rows)
 
 
 def second_variation(cables: Sequence[Cable]) -> arb_mat:
@@ -56,9 +65,11 @@ def polar(x: Vector, y: Vector, cable: Cable) -> arb:
     return t * (dot(dx, dy) - twice / 2)
 
 
-def weighted(form: arb_mat, rows: arb_mat, power: int) -> arb_mat:
+def weighted(form: arb_mat, rows: Sequence[Vector], power: int) -> arb_mat:
     """Return form + rho rows^T rows for an exact rho > 0."""
-    gram = rows.transpose() * rows
+    if not rows:
+        return form
+    gram = arb_mat(rows).transpose() * arb_mat(rows)
     rho = (sum((abs(form[i, i]) for i in range(6)), arb(1)) / gram.trace()).mid() * 2**power
     return form + gram * rho if rho > 0 else form
 
@@ -68,7 +79,7 @@ def leading(m: arb_mat, k: int) -> arb_mat:
     return arb_mat([[m[i, j] for j in range(k)] for i in range(k)])
 
 
-def is_stable(form: arb_mat, rows: arb_mat) -> bool:
+def is_stable(form: arb_mat, rows: Sequence[Vector]) -> bool:
     """Return True when form + rho rows^T rows is positive definite for some rho (Sylvester's minors).
 
     Then the form is positive on every motion that the rows annihilate (Finsler).
@@ -80,16 +91,18 @@ def is_stable(form: arb_mat, rows: arb_mat) -> bool:
     return False
 
 
-def falls(form: arb_mat, rows: arb_mat) -> bool:
+def falls(form: arb_mat, rows: Sequence[Vector]) -> bool:
     """Return True when the form is negative for a motion that the rows annihilate exactly."""
     m = weighted(form, rows, 60).mid()
-    across = rows.transpose()
+    across = arb_mat(rows).transpose() if rows else None
     for k in range(6):
         try:
             # A guess: where the Schur complement of entry k is negative, m is negative for this motion.
             head = (leading(m, k).solve(column([-m[i, k] for i in range(k)]))).mid().entries() if k else []
-            guess = column([*head, 1, *[0] * (5 - k)])
-            motion = guess - across * (rows * across).solve(rows * guess)
+            motion = column([*head, 1, *[0] * (5 - k)])
+            if across is not None:
+                along = across.transpose()
+                motion -= across * (along * across).solve(along * motion)
         except ZeroDivisionError:
             continue
         if (motion.transpose() * form * motion)[0, 0] < 0:

@@ -46,12 +46,16 @@ def examined(problem: Problem) -> Iterator[tuple[int, ...]]:
     if problem.is_point_mass:
         if not problem.ignore_slack:
             return iter([tuple(cables)])
-        most = len(cables) if problem.is_elastic else 3
+        most = 3
+    # What stretches may share the load in any number.
+    most = len(cables) if problem.is_elastic else most
     return (taut for n in range(1, min(most, len(cables)) + 1) for taut in combinations(cables, n))
 
 
 def classify(problem: Problem, taut: tuple[int, ...]) -> Kind:
     """Return the kind of a subset of a platform's cables."""
+    if problem.is_routed:
+        return Kind.GENERAL
     exits, points = [problem.exits[i] for i in taut], [problem.points[i] for i in taut]
     if is_dependent(exits, points):
         return Kind.DEPENDENT

@@ -58,6 +58,7 @@ class Floats(Form):
     """A form of doubles."""
 
     UNIT = 1
+    INFINITE = np.inf
 
     @staticmethod
     def bound(terms: Sequence[tuple[Array, Array]], more: Array = 0) -> Array:

@@ -32,6 +32,8 @@ class Form(ABC):
     """
 
     UNIT: int
+    INFINITE: Any
+    """Stands for a bound that there is none."""
 
     def __init__(self, value: Array, slopes: Array, curves: Array, rest: Array) -> None:
         self.value, self.slopes, self.curves, self.rest = value, slopes, curves, rest

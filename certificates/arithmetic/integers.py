@@ -53,6 +53,7 @@ class Integers(Form):
     """A form of Python's integers, in arrays of objects."""
 
     UNIT = UNIT
+    INFINITE = FAR
 
     @staticmethod
     def bound(terms: Sequence[tuple[Array, Array]], more: Array = 0) -> Array:

@@ -11,6 +11,7 @@ from cdpr_interval.exact import balls
 from certificates.arithmetic.balls import BITS
 from certificates.problem import Listed
 from certificates.problem import Problem as Question
+from certificates.routed.search import MOST_TAUT
 from certificates.subsets import Kind, classify, examined
 from solvers.answers.data import Solution
 from solvers.answers.result import Result
@@ -23,9 +24,10 @@ from solvers.questions.problem import Options, Problem
 
 if TYPE_CHECKING:
     from solvers.proofs.recorder import Recorder
+    from solvers.proofs.routed import RoutedRecorder
 
 Json = dict[str, Any]
-Started = Json | list["Recorder"]
+Started = Json | list["Recorder"] | list["RoutedRecorder"]
 """A subset's entry, or the recorders that will make it."""
 NOT_SEARCHED = "not searched"
 NOT_WRITTEN = "the run ended before a proof was written"
@@ -82,6 +84,12 @@ def start(
         return {} if problem.taut is None else {"pending": "the wrenches are dependent in every pose"}
     if kind is Kind.BOTH:
         return {"pending": "families about two axes are not certified"}
+    if question.is_routed:
+        if options.record is None or taut not in options.record.routed or len(taut) > MOST_TAUT:
+            return {"pending": NOT_SEARCHED}
+        from solvers.proofs.routed import RoutedRecorder
+
+        return [RoutedRecorder(question, taut, options.record.routed[taut], listed)]
     searched = () if options.record is None else options.record.searches.get(taut, ())
     if not searched:
         return {"pending": NOT_SEARCHED}

@@ -28,6 +28,8 @@ class Record:
     """The searches of a run, by taut subset, in the order of the subset's frames."""
 
     searches: dict[tuple[int, ...], list[Searched]] = field(default_factory=dict)
+    routed: dict[tuple[int, ...], list[Root]] = field(default_factory=dict)
+    """Of cables over pulleys or elastic ones: the roots found with each taut subset, ascending."""
     budget: Budget = field(default_factory=Budget)
     """What the run may spend: the certificate has what is left of it."""
 

@@ -1,0 +1,1 @@
+"""Platforms whose cables run over pulleys or stretch: cells, roots and claims."""
