@@ -97,7 +97,7 @@ def tension_of(problem: Problem, pose: Pose, i: int) -> arb:
 
 def anchor(problem: Problem, pose: Pose, i: int) -> Vector:
     """Enclose where a cable ends."""
-    return (pose.centre + pose.rotation * column(problem.points[i])).entries()
+    return list((pose.centre + pose.rotation * column(problem.points[i])).entries())
 
 
 def is_routed_stability(problem: Problem, listed: Listed, subset: Sequence[int], pose: Pose) -> bool:

@@ -28,7 +28,7 @@ class Lengths(Posed):
             return found
         return [f - s for f, s in zip(found, self.stretches(p), strict=True)]
 
-    def excess(self, i: int, p: Vector) -> Form:
+    def excess(self, i: int, p: Vector) -> Any:
         """Return a number with the sign of L - l; L - l itself of a cable that is taut and stretches."""
         rope, ropes = self.rope(i, p), self.ropes
         if ropes.axes[i] or (ropes.stiffnesses and i < ropes.taut):
@@ -59,7 +59,7 @@ class Lengths(Posed):
 def between_zero_and(kind: type[Form], most: Array) -> Form:
     """Return any number between 0 and a bound."""
     none = kind.constant(0)
-    middle = half(kind(most, none.slopes, none.curves, 0 * most))
+    middle: Form = half(kind(most, none.slopes, none.curves, 0 * most))
     return middle + kind.unknown(middle.size())
 
 
@@ -78,7 +78,7 @@ class Shells(Lengths):
             dot(g, g) - s for g, s in ((self.way(i, p), self.ropes.shells[i]) for i in range(self.ropes.taut))
         ]
 
-    def excess(self, i: int, p: Vector) -> Form:
+    def excess(self, i: int, p: Vector) -> Any:
         """Return a number that is not positive where L <= l."""
         g, straight = self.way(i, p), self.ropes.lengths[i] - self.ropes.before[i]
         return half(dot(g, g) - straight * straight)

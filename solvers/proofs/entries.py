@@ -85,11 +85,11 @@ def start(
     if kind is Kind.BOTH:
         return {"pending": "families about two axes are not certified"}
     if question.is_routed:
-        if options.record is None or taut not in options.record.routed or len(taut) > MOST_TAUT:
+        if options.record is None or taut not in options.record.roots or len(taut) > MOST_TAUT:
             return {"pending": NOT_SEARCHED}
         from solvers.proofs.routed import RoutedRecorder
 
-        return [RoutedRecorder(question, taut, options.record.routed[taut], listed)]
+        return [RoutedRecorder(question, taut, options.record.roots[taut], listed)]
     searched = () if options.record is None else options.record.searches.get(taut, ())
     if not searched:
         return {"pending": NOT_SEARCHED}

@@ -1,4 +1,4 @@
-"""The proof of one subset of cables that run over pulleys or stretch: cells of (u, p), by the checker's tests.
+"""The proof of one subset of cables over pulleys or elastic ones: cells of (u, p), by the checker's tests.
 
 The checker's own tests, on many cells at once, are the search here: what they confirm becomes a leaf or a
 cut, what they do not is halved. Nothing here needs to be trusted: what is written is checked.
@@ -10,6 +10,7 @@ import base64
 import struct
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -66,6 +67,7 @@ class RoutedRecorder:
         entry = {"order": list(taut), "roots": [], "trees": [None] * 4}
         self.search = RoutedSearch(question, taut, entry, len(listed))
         self.found, self.listed = roots, listed
+        self.platform: Any = self.search.over(Floats)
         self.unit = 1.0 / float(self.search.platform.per_unit)
         self.nodes: list[tuple[bytes, tuple[int, ...]]] = [UNKNOWN] * 4
         """What is known of each cell, and the cells it leaves; the first four are the charts."""
@@ -126,12 +128,11 @@ class RoutedRecorder:
         for view in self.search.views:
             cells = some.at(left)
             entries = [Floats.between(lo, hi, k) for k, (lo, hi) in enumerate(cells.bounds)]
-            rotated = view(self.search.over(Floats), cells.chart, entries[:3])
+            rotated = view(self.platform, cells.chart, entries[:3])
             place = Place(rotated, entries[3:], False)
             found = np.zeros(len(cells), dtype=bool)
             for holds, nodes in self.reasons(cells, place):
-                fresh = np.flatnonzero(holds & ~found)
-                for i in fresh:
+                for i in np.flatnonzero(holds & ~found).tolist():
                     self.nodes[cells.number[i]] = nodes(i), ()
                 found |= holds
             cut = bounds_kept(place, cells.bounds)
@@ -147,13 +148,14 @@ class RoutedRecorder:
     def reasons(self, cells: Waiting, place: Place) -> Iterator[tuple[Any, Callable[[int], bytes]]]:
         """Yield where a leaf may be written, and the leaf of each cell, for one reason after the other."""
         search, rotated = self.search, place.rotated
-        yield place.no_length(), lambda i: bytes([Node.NO_LENGTH])
+        yield place.no_length(), partial(always, bytes([Node.NO_LENGTH]))
         for root in search.roots:
-            yield root.holds(cells.chart, cells.bounds[:3], place.x), lambda i: bytes([Node.ROOT])
+            yield root.holds(cells.chart, cells.bounds[:3], place.x), partial(always, bytes([Node.ROOT]))
         for cable in range(len(search.problem.names)):
             if search.may_be_slack(cable):
                 excess = rotated.excess(search.place_of(cable), place.x)
-                yield place.positive(excess), lambda i, cable=cable: bytes([Node.TOO_LONG, cable])
+                node = bytes([Node.TOO_LONG, cable])
+                yield place.positive(excess), partial(always, node)
         y = directions(rotated.wrenches(place.x))
         yield unbalanced(place, y), lambda i: struct.pack("<B6i", Node.UNBALANCED, *map(int, y[:, i]))
 
@@ -228,6 +230,11 @@ class Waiting:
             np.concatenate([c.bounds for c in some], axis=-1),
             np.concatenate([c.number for c in some]),
         )
+
+
+def always(node: bytes, cell: int) -> bytes:
+    """Return the same node for every cell."""
+    return node
 
 
 def volumes(bounds: Array) -> Array:

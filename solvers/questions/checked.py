@@ -87,8 +87,8 @@ def uncertified_pulleys(robot: Robot) -> str | None:
         if pulley.joints != 1:
             return _by(f"{cable.name}: pulleys on two joints are not supported", "certificates", True)
         if pulley.arm_length != pulley.radius:
-            text = f"{cable.name}: ropes that may lift off, over an arm longer than the radius, are not supported"
-            return _by(text, "certificates", True)
+            text = "ropes that may lift off, over an arm longer than the radius, are not supported"
+            return _by(f"{cable.name}: {text}", "certificates", True)
     return None
 
 
