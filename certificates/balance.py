@@ -11,9 +11,10 @@ from collections.abc import Sequence
 import numpy as np
 
 from certificates.arithmetic import guess
-from certificates.arithmetic.forms import Array, Vector
+from certificates.arithmetic.forms import Array, Vector, stacked
+from certificates.arithmetic.guess import usable
 from certificates.arithmetic.vectors import dot
-from certificates.cells import Place, slopes, stacked, usable
+from certificates.cells import Place, slopes
 
 TRIES = 3
 """Directions y tried on a cell: the one given, then such as suit the forms' radii."""

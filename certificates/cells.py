@@ -13,7 +13,8 @@ from copy import copy
 import numpy as np
 
 from certificates.arithmetic import guess
-from certificates.arithmetic.forms import ALONG, Array, Form, Vector
+from certificates.arithmetic.forms import ALONG, Array, Form, Vector, stacked
+from certificates.arithmetic.guess import usable
 from certificates.arithmetic.vectors import cross, dot
 from certificates.geometry import Rotated
 
@@ -60,11 +61,6 @@ def near_branch(rotated: Rotated, lines: Lines, side: int) -> Vector:
         wrong = [sphere, dot(d2, x) - k2, dot(d3, x) - k3]
         x = [v - kind.combine(row, wrong).upto(degree) for v, row in zip(x, inverse, strict=True)]
     return [v.upto(2) for v in x]
-
-
-def usable(guesses: Array) -> Array:
-    """Return guesses, 0 where there are none."""
-    return np.where(np.isfinite(guesses), guesses, 0.0)
 
 
 def on_branch(rotated: Rotated, side: int) -> tuple[Vector, Array]:
@@ -223,8 +219,3 @@ class Place:
 def slopes(forms: Sequence[Form], count: int) -> Array:
     """Return doubles near the slopes of forms by ``count`` symbols, (forms, symbols, N)."""
     return stacked([f.slope_doubles(count) for f in forms])
-
-
-def stacked(arrays: Sequence[Array]) -> Array:
-    """Return arrays as one, each with an entry for every cell."""
-    return np.stack(np.broadcast_arrays(*arrays))

@@ -10,8 +10,7 @@ from flint import arb, arb_mat, ctx
 from certificates.arithmetic.balls import BITS, Vector, all_inside, column, hull, inside, minus, norm
 from certificates.arithmetic.vectors import dot
 from certificates.problem import Listed, Problem
-from certificates.routed.claims import rope_to, second_variation
-from certificates.stability import check_stability, follows
+from certificates.stability import check_stability, follows, rope_to, variation_of_ropes
 from certificates.verdicts import NotProved
 
 
@@ -106,7 +105,7 @@ def is_routed_stability(problem: Problem, listed: Listed, subset: Sequence[int],
         return True
     cables = {i: (spoke(problem, pose, i)[0], anchor(problem, pose, i), pose.densities[i]) for i in subset}
     all_hold = all(t > 0 for _, _, t in cables.values())
-    return follows(listed, *second_variation(problem, cables), (), all_hold)
+    return follows(listed, *variation_of_ropes(problem, cables), (), all_hold)
 
 
 def check_cable(problem: Problem, listed: Listed, i: int, tension: arb | None, distance: arb) -> None:

@@ -21,12 +21,9 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
-import numpy as np
-
+from certificates.arithmetic.rotations import scaled_rotation
 from certificates.arithmetic.vectors import cross, dot, minus
 
-HALF_TURNS = ((1, 1, 1), (1, -1, -1), (-1, 1, -1), (-1, -1, 1))
-"""Diagonals of D_c."""
 Vector = list[Any]
 
 
@@ -75,16 +72,7 @@ class Rotated:
 
     def __init__(self, platform: Platform, chart: Any, u: Sequence[Any]) -> None:
         self.platform = platform
-        x, y, z = u
-        xx, yy, zz, yz, zx, xy = x * x, y * y, z * z, y * z, z * x, x * y
-        self.s = xx + yy + zz + 1
-        rows = [
-            [1 + xx - yy - zz, 2 * (xy - z), 2 * (zx + y)],
-            [2 * (xy + z), 1 - xx + yy - zz, 2 * (yz - x)],
-            [2 * (zx - y), 2 * (yz + x), 1 - xx - yy + zz],
-        ]
-        signs = HALF_TURNS[chart] if isinstance(chart, int) else np.array(HALF_TURNS)[chart].T
-        self.rotation = [[v * c for c, v in zip(signs, row, strict=True)] for row in rows]
+        self.s, self.rotation = scaled_rotation(chart, u)
         self.found: dict[int, tuple[Vector, Vector, Any]] = {}
 
     def turn(self, b: Vector) -> Vector:

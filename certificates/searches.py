@@ -11,8 +11,7 @@ from certificates.frames import settings
 from certificates.leaves import Cells, check_cells
 from certificates.literals import list_of
 from certificates.problem import Listed, Problem
-from certificates.routed.search import RoutedSearch
-from certificates.search import Search
+from certificates.search import RoutedSearch, Search
 from certificates.subsets import Kind
 from certificates.tree import Leaf, Node
 

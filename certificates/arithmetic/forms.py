@@ -264,3 +264,8 @@ def mixed(s: Array, t: Array) -> Array:
         else:
             block[:m], block[m : j + 1] = s[j] * t, 0
     return found
+
+
+def stacked(arrays: Sequence[Array]) -> Array:
+    """Return arrays as one, each with an entry for every cell."""
+    return np.stack(np.broadcast_arrays(*arrays))

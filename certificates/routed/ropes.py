@@ -22,9 +22,9 @@ from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from typing import Any
 
+from certificates.arithmetic.rotations import scaled_rotation
 from certificates.arithmetic.series import angle, inverse_root
 from certificates.arithmetic.vectors import cross, dot
-from certificates.geometry import Rotated
 
 Vector = list[Any]
 
@@ -83,14 +83,12 @@ class Rope:
         return self.wrapped + self.free
 
 
-class Posed(Rotated):
+class Posed:
     """The robot in poses of one rotation, or of one in each cell, and of one position."""
 
-    platform: Any
-
     def __init__(self, ropes: Ropes, chart: Any, u: Sequence[Any]) -> None:
-        super().__init__(ropes, chart, u)  # type: ignore[arg-type]
         self.ropes = ropes
+        self.s, self.rotation = scaled_rotation(chart, u)
         root = inverse_root(self.s)
         matrix = [[v * (root * root) for v in row] for row in self.rotation]
         self.arms = [[dot(row, b) for row in matrix] for b in ropes.points]

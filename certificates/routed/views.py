@@ -11,10 +11,10 @@ from typing import Any
 import numpy as np
 
 from certificates.arithmetic import guess
-from certificates.arithmetic.forms import Array, Form, Vector
+from certificates.arithmetic.forms import Array, Form, Vector, stacked
+from certificates.arithmetic.guess import usable
 from certificates.arithmetic.series import half
 from certificates.arithmetic.vectors import dot
-from certificates.cells import stacked, usable
 from certificates.routed.ropes import Posed
 
 

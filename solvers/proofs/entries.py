@@ -11,7 +11,7 @@ from cdpr_interval.exact import balls
 from certificates.arithmetic.balls import BITS
 from certificates.problem import Listed
 from certificates.problem import Problem as Question
-from certificates.routed.search import MOST_TAUT
+from certificates.search import MOST_TAUT
 from certificates.subsets import Kind, classify, examined
 from solvers.answers.data import Solution
 from solvers.answers.result import Result

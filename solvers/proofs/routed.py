@@ -19,15 +19,17 @@ from numpy.typing import NDArray
 from cdpr_interval.mechanics.rotation import rotation_at
 from certificates.arithmetic import guess
 from certificates.arithmetic.floats import Floats
+from certificates.arithmetic.forms import stacked
+from certificates.arithmetic.guess import usable
+from certificates.arithmetic.rotations import HALF_TURNS
 from certificates.balance import unbalanced
-from certificates.cells import Place, stacked, usable
-from certificates.geometry import HALF_TURNS
+from certificates.cells import Place
 from certificates.leaves import LANES
 from certificates.problem import Listed
 from certificates.problem import Problem as Question
 from certificates.root_claims import check_root
-from certificates.routed.search import RoutedSearch
 from certificates.search import Root as Claimed
+from certificates.search import RoutedSearch
 from certificates.tree import Node
 from certificates.verdicts import NotProved
 from solvers.proofs.account import Account

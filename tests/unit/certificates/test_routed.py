@@ -23,8 +23,8 @@ from certificates.arithmetic.integers import Integers
 from certificates.certificate import Certificate
 from certificates.container import pack
 from certificates.problem import read_problem
-from certificates.routed.claims import rope_to
 from certificates.routed.views import Lengths, Shells
+from certificates.stability import rope_to
 from certificates.tree import Node
 from certificates.verdicts import Report, Verdict
 from solvers.forward import answer_question, pose_problem
