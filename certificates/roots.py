@@ -202,4 +202,5 @@ class RoutedSystem(System):
             return [*(v * inverse for row in rotated.rotation for v in row), *z[3:]]
 
         found = zero.image(entries)
-        return arb_mat(3, 3, found[:9]), column(minus(found[9:12], [arb(v) for v in self.first_exit])), found[12:]
+        way = minus(found[9:12], [arb(v) for v in self.first_exit])
+        return arb_mat(3, 3, found[:9]), column(way), found[12:]
