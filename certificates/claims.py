@@ -100,7 +100,7 @@ def anchor(problem: Problem, pose: Pose, i: int) -> Vector:
 
 
 def is_routed_stability(problem: Problem, listed: Listed, subset: Sequence[int], pose: Pose) -> bool:
-    """Return True when what is said about stability of cables over pulleys or elastic ones follows."""
+    """Return True when what is said about stability of cables over pulleys follows."""
     if listed.stability == "undecided":
         return True
     cables = {i: (spoke(problem, pose, i)[0], anchor(problem, pose, i), pose.densities[i]) for i in subset}

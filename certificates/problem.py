@@ -61,8 +61,8 @@ class Problem:
 
     @property
     def is_routed(self) -> bool:
-        """True for a platform whose cables run over pulleys or stretch."""
-        return bool(self.pulleys) or (self.is_elastic and not self.is_point_mass)
+        """True for a platform with a cable over a pulley."""
+        return bool(self.pulleys)
 
     @property
     def is_point_mass(self) -> bool:
@@ -73,12 +73,6 @@ class Problem:
     def is_elastic(self) -> bool:
         """True when some cable stretches."""
         return any(entry is not None for entry in self.stiffness)
-
-    def spring(self, i: int) -> fmpq:
-        """Return by what tension an elastic cable of its exact length gets longer by 1 m."""
-        entry = self.stiffness[i]
-        assert entry is not None
-        return entry[0] / self.lengths[i][0] if entry[1] else entry[0]
 
 
 @dataclass(frozen=True)
@@ -151,10 +145,11 @@ def read_problem(document: Any) -> Problem:
     needed(mass > 0 and any(x != 0 for x in problem.load), "the mass must be positive, the load not zero")
     elastic = [entry is not None for entry in stiffness]
     needed(all(elastic) or not any(elastic), "elastic and inextensible cables in one robot")
+    needed(problem.is_point_mass or not problem.is_elastic, "elastic cables of a platform")
     needed(not (problem.is_point_mass and problem.pulleys), "pulleys of a point mass")
     if problem.is_routed:
         require_routed(problem)
-    most = len(names) if problem.is_elastic else 3 if problem.is_point_mass else 6
+    most = 6 if not problem.is_point_mass else len(names) if problem.is_elastic else 3
     needed(problem.taut is None or len(problem.taut) <= most, "too many taut cables are asked for")
     legs = not problem.is_point_mass and problem.taut is not None and len(problem.taut) == 6
     needed(legs or not problem.ignore_tension_sign, "tensions of any sign need six taut cables of a platform")
@@ -162,9 +157,9 @@ def read_problem(document: Any) -> Problem:
 
 
 def require_routed(problem: Problem) -> None:
-    """Refuse what this format does not say of cables over pulleys and cables of a platform that stretch."""
-    needed(all(lo == hi for lo, hi in problem.lengths), "ranges of lengths over pulleys or of elastic cables")
-    needed(not problem.ignore_tension_sign, "cables over pulleys or elastic cables that push")
+    """Refuse what this format does not say of cables over pulleys."""
+    needed(all(lo == hi for lo, hi in problem.lengths), "ranges of lengths over pulleys")
+    needed(not problem.ignore_tension_sign, "cables over pulleys that push")
     long = (p is None or hi > p.before for (_, hi), p in zip(problem.lengths, problem.pulleys, strict=False))
     needed(all(long), "a cable ends before its pulley")
 

@@ -1,8 +1,8 @@
 """Roots: boxes of poses that hold exactly one zero of a subset's equations, and tight bounds of that zero.
 
 The unknowns are the free entries of u, x and the tensions t over the lengths; the equations are lengths and
-balance. For six taut cables the lengths alone fix the pose, and t follows. Cables over pulleys and elastic
-ones have p in place of x, and the densities of all taut cables among the unknowns.
+balance. For six taut cables the lengths alone fix the pose, and t follows. Cables over
+pulleys have p in place of x, and the densities of all taut cables among the unknowns.
 """
 
 from __future__ import annotations
@@ -178,15 +178,13 @@ class RoutedSystem(System):
         """Return numbers that are 0 where lengths and balance hold."""
         z = self.jets(x)
         posed, t = self.rotated(platform, z[:3]), z[TENSION:]
-        found = [self.length(platform, posed, i, z[3:6], t[i]) for i in range(platform.taut)]
+        found = [self.length(platform, posed, i, z[3:6]) for i in range(platform.taut)]
         *wrenches, load = posed.wrenches(z[3:6])
         return [*found, *(load[k] + dot(t, [w[k] for w in wrenches]) for k in range(6))]
 
-    def length(self, ropes: Ropes, posed: Posed, i: int, p: Sequence[Any], t: Any) -> Any:
-        """Return a number that is 0 where a taut cable has its length, stretched by its tension t sigma."""
+    def length(self, ropes: Ropes, posed: Posed, i: int, p: Sequence[Any]) -> Any:
+        """Return a number that is 0 where a taut cable has its length."""
         rope = posed.rope(i, list(p))
-        if ropes.stiffnesses:
-            return ropes.stiffnesses[i] * (rope.length - ropes.lengths[i]) - t * rope.free
         if ropes.axes[i]:
             return rope.length - ropes.lengths[i]
         straight = ropes.lengths[i] - ropes.before[i]

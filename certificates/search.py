@@ -14,17 +14,15 @@ import numpy as np
 from flint import arb, arb_mat, ctx, fmpq
 
 from certificates.arithmetic.balls import BITS, column, hull, norm, unit
-from certificates.arithmetic.balls import Vector as Balls
 from certificates.arithmetic.forms import Array, Form, Vector
 from certificates.arithmetic.rotations import HALF_TURNS
-from certificates.arithmetic.vectors import minus
 from certificates.frames import UNIT, Setting
 from certificates.geometry import Platform, Rotated
 from certificates.literals import bounds_of, entry_of, index_of, list_of
 from certificates.problem import Problem
 from certificates.roots import RoutedSystem, System
 from certificates.routed.ropes import Ropes
-from certificates.routed.views import Lengths, Pulls, Shells
+from certificates.routed.views import Lengths, Shells
 from certificates.tree import Cell, Leaf, decode
 from certificates.verdicts import Malformed, NotProved
 
@@ -32,8 +30,6 @@ MOST_ROOTS = 1000
 """Of one search."""
 SHORTEST, LONGEST = 1e-6, 1e9
 """Lengths in m between which both arithmetics have digits enough."""
-MOST_TAUT = 6
-"""Over pulleys, or elastic: more wrenches are never independent, and the balance bounds no tensions."""
 WRAPPED = 7
 """Radii by which a rope may be longer than the way from its exit point: less than 7 / 4 pi of them lie on
 the pulley, and where it leaves is within 1 of them of the centre."""
@@ -207,15 +203,13 @@ class RoutedSearch(Search):
     """One subset's trees and roots; x stands for p, the centre of mass, in the robot's frame."""
 
     def __init__(self, problem: Problem, taut: tuple[int, ...], entry: Any, solutions: int) -> None:
-        if len(taut) > MOST_TAUT:
-            raise NotProved(f"more than {MOST_TAUT} taut cables over pulleys or elastic are not searched")
         frame = arb_mat(3, 3, [x for row in UNIT for x in row])
         super().__init__(problem, Setting(taut, frame, frame, False, False, False), entry, solutions)
 
     @property
     def views(self) -> Sequence[Any]:
         """Sets of equations and wrenches by which cells are looked at, one after the other."""
-        return (Shells, Lengths, Pulls) if self.problem.is_elastic else (Shells, Lengths)
+        return Shells, Lengths
 
     def built(self) -> Ropes:
         """Return the platform in balls."""
@@ -226,8 +220,7 @@ class RoutedSearch(Search):
         radii = [fmpq(0) if p is None else p.radius for p in pulleys]
         straight = [problem.lengths[i][0] - b for i, b in zip(everyone, before, strict=True)]
         lows = [max(fmpq(0), n - WRAPPED * r) for n, r in zip(straight, radii, strict=True)]
-        highs = self.farthest(straight[:taut], radii[:taut])
-        self.positions = self.reached(highs)
+        self.positions = self.reached(straight[:taut])
         return Ropes(
             exits=[[arb(x) for x in problem.exits[i]] for i in everyone],
             points=[[arb(x) for x in problem.points[i]] for i in everyone],
@@ -235,39 +228,19 @@ class RoutedSearch(Search):
             axes=[[] if p is None else unit(p.axis) for p in pulleys],
             radii=[arb(r) for r in radii],
             before=[arb(b) for b in before],
-            stiffnesses=[arb(problem.spring(i)) for i in everyone if problem.is_elastic],
-            shells=[hull(lo * lo, (hi * hi).upper()) for lo, hi in zip(lows, highs, strict=False)],
+            shells=[hull(lo * lo, hi * hi) for lo, hi in zip(lows, straight, strict=True)],
             load=[arb(x) for x in problem.load],
-            per_unit=1
-            / arb(max(sum(map(abs, problem.points[i]), fmpq(0)) for i in range(len(problem.names)))),
+            per_unit=1 / arb(max(sum(map(abs, point), fmpq(0)) for point in problem.points)),
             half_turn=arb.pi(),
             taut=taut,
         )
 
-    def farthest(self, straight: Sequence[fmpq], radii: Sequence[fmpq]) -> Balls:
-        """Return how far the anchors of the taut cables are from their exit points at most.
-
-        Of a cable that stretches: with c the first exit point and Q at least as large as |A - c| + 2 r + |b|
-        of all, every rope pulls towards c by a third of its tension at least where |p - c| >= 2 Q. The load
-        balances all of them, so that no tension is more than 3 |f|. Elsewhere no anchor is farther than 3 Q.
-        """
-        problem = self.problem
-        if not problem.is_elastic:
-            return [arb(n) for n in straight]
-        exits, points = [problem.exits[i] for i in self.order], [problem.points[i] for i in self.order]
-        sizes = [
-            norm(minus(a, exits[0])) + 2 * r + norm(b) for a, r, b in zip(exits, radii, points, strict=True)
-        ]
-        size, load = max(s.upper() for s in sizes), norm(problem.load)
-        stretched = [n + 3 * load / problem.spring(i) for n, i in zip(straight, self.order, strict=True)]
-        return [max(n.upper(), 3 * size) for n in stretched]
-
-    def reached(self, highs: Balls) -> list[tuple[float, float]]:
-        """Return bounds of p: no anchor is farther from its exit point than ``highs``."""
+    def reached(self, straight: Sequence[fmpq]) -> Bounds:
+        """Return bounds of p: no anchor is farther from its exit point than its rope is long from there."""
         bounds = []
         for k in range(3):
             lows, tops = [], []
-            for i, far in zip(self.order, highs, strict=True):
+            for i, far in zip(self.order, straight, strict=True):
                 middle, reach = self.problem.exits[i][k], far + norm(self.problem.points[i])
                 lows.append(math.nextafter(float((middle - reach).lower()), -math.inf))
                 tops.append(math.nextafter(float((middle + reach).upper()), math.inf))

@@ -135,8 +135,8 @@ def variation_of_ropes(
     """Return the matrix (6, 6) of the energy's second variation, and what holds motions back.
 
     ``cables`` : r, X and t of each. With dX = v + omega x r, a = dL/dX and the tension T = t sigma a cable
-    adds T (dX . da/dX dX + a . (omega x (omega x r))), and K (a . dX)^2 where it stretches by 1 / K; else a .
-    dX = 0 is a row. A cable whose tension is not proved positive may let go: it holds nothing back.
+    adds T (dX . da/dX dX + a . (omega x (omega x r))); a . dX = 0 is a row. A cable whose tension is not
+    proved positive may let go: it holds nothing back.
     """
     axes = [[arb(int(i == j)) for j in range(6)] for i in range(6)]
     form, rows = arb_mat(6, 6), []
@@ -146,22 +146,15 @@ def variation_of_ropes(
         along = [-v * root for v in rope.pull]
         a, tension = [v.value for v in along], t * rope.free.value
         moves = [[v + w for v, w in zip(x[:3], cross(x[3:], r), strict=True)] for x in axes]
-        pulled = [dot(a, m) for m in moves]
-        spring = arb(problem.spring(i)) if problem.is_elastic and t > 0 else arb(0)
         turns = [[dot(a, cross(x[3:], cross(y[3:], r))) for y in axes] for x in axes]
         bent = [
             [sum((v.slopes.get(k, arb(0)) * m[k] for k in range(3)), arb(0)) for v in along] for m in moves
         ]
-        form += arb_mat(
-            [
-                [
-                    tension * (dot(moves[x], bent[y]) + (turns[x][y] + turns[y][x]) / 2)
-                    + spring * pulled[x] * pulled[y]
-                    for y in range(6)
-                ]
-                for x in range(6)
-            ]
-        )
-        if not problem.is_elastic and t > 0:
-            rows.append(pulled)
+        both = [
+            [dot(m, b) + (turns[x][y] + turns[y][x]) / 2 for y, b in enumerate(bent)]
+            for x, m in enumerate(moves)
+        ]
+        form += arb_mat(both) * tension
+        if t > 0:
+            rows.append([dot(a, m) for m in moves])
     return form, rows

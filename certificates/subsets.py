@@ -46,9 +46,7 @@ def examined(problem: Problem) -> Iterator[tuple[int, ...]]:
     if problem.is_point_mass:
         if not problem.ignore_slack:
             return iter([tuple(cables)])
-        most = 3
-    # What stretches may share the load in any number.
-    most = len(cables) if problem.is_elastic else most
+        most = len(cables) if problem.is_elastic else 3
     return (taut for n in range(1, min(most, len(cables)) + 1) for taut in combinations(cables, n))
 
 

@@ -1,1 +1,1 @@
-"""Platforms whose cables run over pulleys or stretch: cells, roots and claims."""
+"""Platforms whose cables run over pulleys: the ropes, and what holds at their poses."""

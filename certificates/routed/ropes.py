@@ -1,4 +1,4 @@
-"""A platform on cables that run over pulleys or stretch, in numbers of any kind (balls, forms, jets).
+"""A platform on cables that run over pulleys, in numbers of any kind (balls, forms, jets).
 
 A rope arrives at A along the unit vector k, over a length ``before``, and runs over a pulley of radius r that
 turns about the line through A along k; its centre H is r away from A. In the plane of the rope an anchor X is
@@ -9,8 +9,8 @@ at A + x u + y k, x > 0. With q = X - H, rho^2 = |q|^2 and sigma^2 = rho^2 - r^2
 points from H to T, where the rope leaves; sigma is its free length, L = before + r (pi - psi) + sigma the
 length of its path, and dL/dX = (n_k, -n_u), the direction from T to X. Without a pulley T = A.
 
-The pull on the platform is t e, e = T - X, t >= 0. A taut rope has L = l + c t sigma, c the stretch by 1 N. X
-= p + R b, p the centre of mass, and the balance is
+The pull on the platform is t e, e = T - X, t >= 0. A taut rope has L = l. X = p + R b, p the centre of
+mass, and the balance is
 
     sum t_i w_i + w_0 = 0,    w_i = (e_i, R b_i x e_i / unit),    w_0 = (f, 0).
 """
@@ -43,8 +43,6 @@ class Ropes:
     radii: Vector
     """r."""
     before: Vector
-    stiffnesses: Vector
-    """1 / c of cables that stretch; else empty."""
     shells: Vector
     """|X - A|^2 of a taut cable, whatever its pulley does."""
     load: Vector
@@ -120,13 +118,6 @@ class Posed:
         zero = 0 * self.s
         load = [*(f + zero for f in self.ropes.load), zero, zero, zero]
         return [*(self.wrench(i, self.rope(i, p).pull) for i in range(self.ropes.taut)), load]
-
-    def density(self, i: int, p: Vector) -> Any:
-        """Return t of a cable that stretches."""
-        rope = self.rope(i, p)
-        root = inverse_root(rope.square)
-        rest = rope.wrapped - self.ropes.lengths[i]
-        return (1 + rest * root) * self.ropes.stiffnesses[i]
 
 
 def over_pulley(g: Vector, k: Vector, r: Any, pi: Any) -> Rope:

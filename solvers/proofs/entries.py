@@ -11,7 +11,6 @@ from cdpr_interval.exact import balls
 from certificates.arithmetic.balls import BITS
 from certificates.problem import Listed
 from certificates.problem import Problem as Question
-from certificates.search import MOST_TAUT
 from certificates.subsets import Kind, classify, examined
 from solvers.answers.data import Solution
 from solvers.answers.result import Result
@@ -85,7 +84,7 @@ def start(
     if kind is Kind.BOTH:
         return {"pending": "families about two axes are not certified"}
     if question.is_routed:
-        if options.record is None or taut not in options.record.roots or len(taut) > MOST_TAUT:
+        if options.record is None or taut not in options.record.roots:
             return {"pending": NOT_SEARCHED}
         from solvers.proofs.routed import RoutedRecorder
 

@@ -1,4 +1,4 @@
-"""The proof of one subset of cables over pulleys or elastic ones: cells of (u, p), by the checker's tests.
+"""The proof of one subset of cables over pulleys: cells of (u, p), by the checker's tests.
 
 The checker's own tests, on many cells at once, are the search here: what they confirm becomes a leaf or a
 cut, what they do not is halved. Nothing here needs to be trusted: what is written is checked.

@@ -58,8 +58,8 @@ def uncertain_data(robot: Robot, force: Point = NO_FORCE, asker: str = "") -> st
 def require_certifiable(problem: Problem) -> None:
     """Raise `NotSupportedError` for a question whose certificate no checker of today could read.
 
-    It takes ranges of lengths, and of nothing else, and cables that all stretch or all do not. Of platforms
-    over pulleys or on elastic cables it takes exact lengths, and pulleys whose ropes never lift off.
+    It takes ranges of lengths, and of nothing else, and cables that all stretch or all do not; of platforms
+    none that stretch, and over pulleys exact lengths and ropes that never lift off.
     """
     robot = problem.robot
     require_treated(
@@ -68,8 +68,10 @@ def require_certifiable(problem: Problem) -> None:
     require_treated(robot, mixed_cables(robot, "certificates"))
     if robot.model == SIX_DOF:
         require_treated(robot, uncertified_pulleys(robot))
-        ranged = (robot.has_pulleys or robot.is_elastic) and any(lo < hi for lo, hi in problem.lengths)
-        text = "ranges of lengths over pulleys or of elastic cables are not supported"
+        stretching = "elastic cables of a platform are not supported"
+        require_treated(robot, _by(stretching, "certificates", robot.is_elastic))
+        ranged = robot.has_pulleys and any(lo < hi for lo, hi in problem.lengths)
+        text = "ranges of lengths over pulleys are not supported"
         require_treated(robot, _by(text, "certificates of a platform", ranged))
     else:
         require_treated(robot, over_pulleys(robot, "certificates"))

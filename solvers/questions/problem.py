@@ -54,7 +54,7 @@ class Record(Protocol):
 
     @property
     def roots(self) -> Mapping[tuple[int, ...], Sequence[Any]]:
-        """Of cables over pulleys or elastic ones: the roots with each taut subset, ascending."""
+        """Of cables over pulleys: the roots with each taut subset, ascending."""
 
     @property
     def is_interrupted(self) -> bool:
@@ -67,7 +67,7 @@ class Record(Protocol):
         """Remember the search of a taut subset that has ended, and what its observer noted."""
 
     def keep_roots(self, taut: tuple[int, ...], roots: Sequence[Any]) -> None:
-        """Remember the roots of a taut subset of cables over pulleys or elastic ones."""
+        """Remember the roots of a taut subset of cables over pulleys."""
 
 
 Parts = Mapping[tuple[tuple[int, ...], int], Sequence[Any]]

@@ -30,7 +30,7 @@ class Record:
 
     searches: dict[tuple[int, ...], list[Searched]] = field(default_factory=dict)
     roots: dict[tuple[int, ...], list[Root]] = field(default_factory=dict)
-    """Of cables over pulleys or elastic ones: the roots found with each taut subset, ascending."""
+    """Of cables over pulleys: the roots found with each taut subset, ascending."""
     budget: Budget = field(default_factory=Budget)
     """What the run may spend: the certificate has what is left of it."""
 
@@ -46,7 +46,7 @@ class Record:
         self.searches.setdefault(taut, []).append(Searched(reduced, tuple(subset.roots), notes))
 
     def keep_roots(self, taut: tuple[int, ...], roots: Sequence[Root]) -> None:
-        """Remember the roots of a taut subset of cables over pulleys or elastic ones."""
+        """Remember the roots of a taut subset of cables over pulleys."""
         self.roots[tuple(sorted(taut))] = list(roots)
 
     @property
