@@ -15,7 +15,7 @@ SECONDS ?= 600
 # Another active environment, or modules on PYTHONPATH, must not leak into this one.
 unexport VIRTUAL_ENV PYTHONPATH PYTHONHOME
 
-.PHONY: help install demo test test-slow test-all test-lowest test-latest fuzz planted lint format types layers \
+.PHONY: help install demo test test-slow test-all test-lowest test-latest fuzz planted changes lint format types layers \
   wheel container schemas lock check clean
 .DEFAULT_GOAL := help
 
@@ -63,6 +63,9 @@ test-lowest test-latest:
 
 fuzz: $(INSTALLED) ## draw new examples and print what reproduces a failure: make fuzz SECONDS=600 SEED=1
 	$(BIN)/python scripts/fuzz.py --seconds $(SECONDS) $(if $(SEED),--seed $(SEED))
+
+changes: $(INSTALLED) ## certificates with one thing changed: none may prove anything false
+	$(BIN)/python scripts/single_changes.py 100000 1
 
 planted: $(INSTALLED) ## random robots with known poses: none may be lost
 	$(BIN)/python scripts/planted_point_mass.py 300 1

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from flint import arb, arb_mat, ctx
 
@@ -24,6 +24,12 @@ class Pose:
     """(3, 1), of the centre of mass."""
     densities: dict[int, arb]
     """t = tension / distance of the cables that may carry."""
+    tensions: dict[int, arb] = field(default_factory=dict)
+    """Of cables that may carry, where they are known better than from t and the distance;"""
+    distances: dict[int, arb] = field(default_factory=dict)
+    """of the others, where they are known better than from rotation and centre."""
+    middle: Pose | None = None
+    """That for the middles of ranges, from which all others are reached without passing a singular one."""
 
 
 def claimed(implied: bool, what: str) -> None:
@@ -57,8 +63,7 @@ def check_pose(
         claimed(all_inside(origin.entries(), listed.position), "position")
         height = -dot(pose.centre.entries(), problem.gravity) / norm(problem.gravity)
         claimed(inside(height, listed.height), "height")
-        spokes = [spoke(problem, pose, i) for i in range(len(problem.names))]
-        distances = [path_length(problem, pose, i) for i in range(len(problem.names))]
+        distances = [distance_of(problem, pose, i) for i in range(len(problem.names))]
         for i, distance in enumerate(distances):
             tension = tension_of(problem, pose, i) if i in subset else None
             check_cable(problem, listed, i, tension, distance)
@@ -72,9 +77,17 @@ def check_pose(
         if problem.is_routed:
             stable = is_routed_stability(problem, listed, subset, pose)
         else:
-            chosen = [(*spokes[i], pose.densities[i]) for i in subset]
+            # Where all carry along the way from the middle, no free motion becomes stable or unstable on it.
+            holds = problem.ignore_tension_sign or all(pose.densities[i] > 0 for i in subset)
+            at = pose.middle if pose.middle is not None and holds else pose
+            chosen = [(*spoke(problem, at, i), at.densities[i]) for i in subset]
             stable = check_stability(problem, listed, chosen, motions)
         claimed(stable, f"stability {listed.stability}")
+
+
+def distance_of(problem: Problem, pose: Pose, i: int) -> arb:
+    """Enclose the length of a cable's way to its platform point."""
+    return pose.distances[i] if i in pose.distances else path_length(problem, pose, i)
 
 
 def path_length(problem: Problem, pose: Pose, i: int) -> arb:
@@ -86,6 +99,8 @@ def path_length(problem: Problem, pose: Pose, i: int) -> arb:
 
 def tension_of(problem: Problem, pose: Pose, i: int) -> arb:
     """Enclose the tension of a cable of the subset."""
+    if i in pose.tensions:
+        return pose.tensions[i]
     t = pose.densities[i]
     if problem.is_routed:
         return t * rope_to(problem, i, anchor(problem, pose, i)).free

@@ -72,8 +72,11 @@ class Setting:
         everyone = [*order, *(i for i in range(len(problem.names)) if i not in order)]
         exits = [minus(problem.exits[i], problem.exits[first]) for i in everyone]
         points = [minus(problem.points[i], problem.points[first]) for i in everyone]
-        squares = [hull(*problem.lengths[i]) ** 2 for i in everyone]
         taut = len(order)
+        squares = [hull(*problem.lengths[i]) ** 2 for i in everyone]
+        # A range that is narrower than a ball is a range.
+        ends = [[v**2 for v in problem.lengths[i]] for i in order]
+        squares[:taut] = [arb(lo + hi) / 2 for lo, hi in ends]
         return Platform(
             exits=[self.coordinates(self.base, a, k < taut) for k, a in enumerate(exits)],
             points=[self.coordinates(self.platform, b, k < taut) for k, b in enumerate(points)],
@@ -81,6 +84,7 @@ class Setting:
                 (dot(a, a) + dot(b, b) - square) / 2
                 for a, b, square in zip(exits, points, squares, strict=True)
             ],
+            swings=[arb(hi - lo) / 4 for lo, hi in ends],
             arm=self.coordinates(self.platform, problem.points[first]),
             load=self.coordinates(self.base, problem.load),
             per_unit=1 / arb(max(sum(map(abs, problem.points[i]), fmpq(0)) for i in order)),

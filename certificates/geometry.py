@@ -36,7 +36,9 @@ class Platform:
     points: list[Vector]
     """b_i - b_1."""
     halves: Vector
-    """h_i = (|a_i|^2 + |b_i - b_1|^2 - l_i^2) / 2."""
+    """h_i = (|a_i|^2 + |b_i - b_1|^2 - l_i^2) / 2; of taut cables for the middle of the range of l_i^2."""
+    swings: Vector
+    """By how much h_i of the taut cables with a range changes to the end of it; 0 of the others."""
     arm: Vector
     """b_1 from the centre of mass."""
     load: Vector
@@ -51,6 +53,15 @@ class Platform:
         """l_1^2."""
         return -2 * self.halves[0]
 
+    def length_square(self, i: int) -> Any:
+        """Return l_i^2."""
+        a, b = self.exits[i], self.points[i]
+        return dot(a, a) + dot(b, b) - 2 * self.halves[i]
+
+    def ranging(self, changes: dict[int, Any]) -> Platform:
+        """Return the platform with other h_i of some cables: by so much more."""
+        return replace(self, halves=[h + changes.get(i, 0) for i, h in enumerate(self.halves)])
+
     def mapped(self, convert: Callable[[Any], Any]) -> Platform:
         """Return the platform in numbers of another kind."""
         return replace(
@@ -59,6 +70,7 @@ class Platform:
             points=[[convert(v) for v in b] for b in self.points],
             halves=[convert(v) for v in self.halves],
             arm=[convert(v) for v in self.arm],
+            swings=[convert(v) for v in self.swings],
             load=[convert(v) for v in self.load],
             per_unit=convert(self.per_unit),
         )

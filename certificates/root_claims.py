@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import replace
 from itertools import combinations
 
 import numpy as np
@@ -10,9 +12,8 @@ from flint import arb, arb_mat
 from certificates.arithmetic.balls import column, hull, unit
 from certificates.arithmetic.floats import Floats
 from certificates.arithmetic.jets import Jet
-from certificates.claims import Pose, check_pose, path_length
+from certificates.claims import Pose, check_pose, distance_of
 from certificates.clock import in_time
-from certificates.newton import Zero
 from certificates.problem import Listed
 from certificates.roots import System
 from certificates.search import Root, Search, half_turn
@@ -22,6 +23,8 @@ from certificates.verdicts import NotProved
 
 TOGETHER = 64
 """Roots whose boxes are looked at in one go."""
+HALVINGS = 9
+"""Of the ranges of lengths, one after another, for one root: at most 512 parts."""
 
 
 def check_all_roots(searches: SubsetSearches, solutions: list[Listed]) -> set[int]:
@@ -39,7 +42,7 @@ def check_roots(search: Search, solutions: list[Listed]) -> set[int]:
         pose = check_root(search, root, solutions)
         if root.pose is not None:
             found.add(root.pose)
-            families += [(root, pose)] if search.setting.family else []
+            families += [(root, pose)] if pose is not None else []
     for (first, pose), (second, other) in combinations(families, 2):
         in_time()
         require_distinct(search, first, pose, second, other)
@@ -110,34 +113,65 @@ def require_one_zero_at_most(search: Search) -> None:
             raise NotProved("a root's box is not proved to hold at most one pose")
 
 
-def check_root(search: Search, root: Root, solutions: list[Listed]) -> Pose:
-    """Check a root and what is listed of its pose; return this pose."""
+def check_root(search: Search, root: Root, solutions: list[Listed]) -> Pose | None:
+    """Check a root and what is listed of its pose; return this pose where it is one of a family."""
     system = search.system(root.chart)
-    zero = system.zero_near([(lo + hi) / 2 for lo, hi in root.box])
-    where = [v.value if isinstance(v, Jet) else v for v in system.jets(zero.entries())[:6]]
-    if not search.lies_in(where, root):
-        raise NotProved("the pose near a root's middle is not proved to lie in its box")
-    pose = pose_of(search, system, zero)
-    if root.pose is None and is_rejected(search, pose):
-        return pose
-    if search.setting.family:
+    if not search.setting.family:
+        check_single(search, root, solutions, system)
+        return None
+    pose = pose_in(search, system, root, [hull(-1, 1)] * len(system.ranged))
+    if root.pose is not None or not is_rejected(search, pose):
         check_family(search, root, pose, solutions)
-        return pose
-    if root.pose is None:
-        raise NotProved("a root's pose is not listed and may be a solution")
-    listed = solutions[root.pose]
-    if listed.family is not None:
-        raise NotProved(f"solution {root.pose + 1} is listed as a family but is a single pose")
-    check_pose(search.problem, listed, search.setting.taut, pose)
-    check_alone(search, root, listed)
     return pose
 
 
-def pose_of(search: Search, system: System, zero: Zero) -> Pose:
-    """Return the pose of a zero."""
-    rotation, way, densities = system.pose(zero)
+def check_single(search: Search, root: Root, solutions: list[Listed], system: System) -> None:
+    """Check a root whose pose is alone, in parts of the ranges of lengths where it must be.
+
+    The root's box holds one pose for each choice of lengths: what a part encloses there is that one.
+    """
+    listed = None if root.pose is None else solutions[root.pose]
+    if listed is not None and listed.family is not None:
+        raise NotProved("a single pose is listed as a family")
+    middle = None
+    if system.is_regular_all_along:
+        middle = pose_in(search, system, root, [arb(0)] * len(system.ranged))
+    waiting = [(0, [hull(-1, 1)] * len(system.ranged))]
+    while waiting:
+        in_time()
+        depth, part = waiting.pop()
+        try:
+            pose = replace(pose_in(search, system, root, part), middle=middle)
+            if listed is not None:
+                check_pose(search.problem, listed, search.setting.taut, pose)
+            elif not is_rejected(search, pose):
+                raise NotProved("a root's pose is not listed and may be a solution")
+        except NotProved:
+            if depth == HALVINGS or not part:
+                raise
+            k = depth % len(part)
+            ends = hull(part[k].lower(), part[k].mid()), hull(part[k].mid(), part[k].upper())
+            waiting += [(depth + 1, [*part[:k], half, *part[k + 1 :]]) for half in ends]
+    if listed is not None:
+        check_alone(search, root, listed)
+
+
+def pose_in(search: Search, system: System, root: Root, data: Sequence[arb]) -> Pose:
+    """Return the pose of the zero in a root's box, for all lengths in a part of their ranges."""
+    zero = system.zero_near([(lo + hi) / 2 for lo, hi in root.box], data)
+    where = [v.value if isinstance(v, Jet) else v for v in system.jets(zero.entries())[:6]]
+    if not search.lies_in(where, root):
+        raise NotProved("the pose near a root's middle is not proved to lie in its box")
+    rotation, way, densities, tensions, distances = system.pose(zero)
     centre = column(search.problem.exits[search.order[0]]) + way
-    return Pose(rotation, centre, dict(zip(search.order, densities, strict=True)))
+    others = [i for i in range(len(search.problem.names)) if i not in search.order]
+    return Pose(
+        rotation,
+        centre,
+        dict(zip(search.order, densities, strict=True)),
+        dict(zip(search.order, tensions, strict=False)),
+        dict(zip(others, distances, strict=False)),
+    )
 
 
 def is_rejected(search: Search, pose: Pose) -> bool:
@@ -146,7 +180,7 @@ def is_rejected(search: Search, pose: Pose) -> bool:
     if not problem.ignore_tension_sign and any(t < 0 for t in pose.densities.values()):
         return True
     return any(
-        path_length(problem, pose, i) > hi
+        distance_of(problem, pose, i) > hi
         for i, (_, hi) in enumerate(problem.lengths)
         if search.may_be_slack(i)
     )

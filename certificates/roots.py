@@ -44,6 +44,16 @@ class System:
         self.balanced = platform.taut < 6
         if self.balanced:
             self.unknowns += [TENSION + k for k in range(platform.taut)]
+        self.ranged = [k for k, w in enumerate(platform.swings) if w != 0]
+        """The taut cables whose lengths have a range, by their places."""
+
+    @property
+    def is_regular_all_along(self) -> bool:
+        """Along ranges of lengths the full statics are regular where one zero at most is in a box.
+
+        Not where a symmetry leaves equations out.
+        """
+        return bool(self.ranged) and self.balanced and not (self.setting.planar or self.setting.family)
 
     def rotated(self, platform: Any, u: Sequence[Any]) -> Any:
         """Return the platform turned."""
@@ -52,8 +62,15 @@ class System:
     def jets(self, x: Sequence[Any]) -> list[Any]:
         """Return u, x and t with derivatives by the unknowns, given these; other entries are 0."""
         one = 0 * x[0] + 1
-        found = {k: Jet(v, {i: one}) for i, (k, v) in enumerate(zip(self.unknowns, x, strict=True))}
+        found = {k: Jet(v, {i: one}) for i, (k, v) in enumerate(zip(self.unknowns, x, strict=False))}
         return [found.get(k, 0 * x[0]) for k in range(TENSION + self.balanced * self.platform.taut)]
+
+    def moved(self, x: Sequence[arb]) -> Platform:
+        """Return the platform with derivatives by the symbols of lengths, given behind the unknowns."""
+        n = len(self.unknowns)
+        given = [(k, n + i, d) for i, (k, d) in enumerate(zip(self.ranged, x[n:], strict=True))]
+        swings = self.platform.swings
+        return self.platform.ranging({k: Jet(swings[k] * d, {i: swings[k]}) for k, i, d in given})
 
     def equations(self, platform: Platform, x: Sequence[Any], apart: bool) -> list[Jet]:
         """Return numbers that are 0 where lengths and balance hold; ``apart``: each has its own length."""
@@ -112,8 +129,11 @@ class System:
         first = [kind.numbers(np.ones(1))] * len(C)
         return holds & contained(kind, first, deviation(C, J))[1]
 
-    def zero_near(self, middle: Sequence[float]) -> Zero:
-        """Enclose a zero's unknowns, found by Newton from (u, x); raise NotProved where that fails."""
+    def zero_near(self, middle: Sequence[float], data: Sequence[arb]) -> Zero:
+        """Enclose a zero's unknowns, found by Newton from (u, x); raise NotProved where that fails.
+
+        ``data`` : parts of [-1, 1], or points, for the lengths that have a range.
+        """
         t, _, holds = self.tensions([Floats.constant(v) for v in middle])
         if not holds.all():
             raise NotProved("no tensions near a root's middle")
@@ -121,38 +141,49 @@ class System:
 
         def system(x: list[arb], axes: arb_mat) -> tuple[arb_mat, arb_mat]:
             """Return the values of the equations and their slopes along axes."""
-            found = self.equations(self.platform, x, apart=True)
-            slopes = [[f.slopes.get(k, 0) for k in range(len(found))] for f in found]
+            found = self.equations(self.moved(x), x, apart=True)
+            slopes = [[f.slopes.get(k, 0) for k in range(axes.nrows())] for f in found]
             return column([f.value for f in found]), arb_mat(slopes) * axes
 
         try:
-            return newton.zero(system, [z[k] for k in self.unknowns])
+            return newton.zero(system, [z[k] for k in self.unknowns], data)
         except ZeroDivisionError:
             raise NotProved("no pose is proved near a root's middle: singular") from None
 
-    def pose(self, zero: Zero) -> tuple[arb_mat, arb_mat, list[arb]]:
-        """Enclose rotation, way from the first exit point to the centre of mass, and t."""
-        base, platform = self.setting.base.transpose().tolist(), self.setting.platform.transpose().tolist()
+    def pose(self, zero: Zero) -> tuple[arb_mat, arb_mat, list[arb], list[arb], list[arb]]:
+        """Enclose rotation, way from the first exit point to the centre of mass, t, tensions and distances.
 
-        def entries(x: list[arb]) -> list[Jet]:
+        Tensions are those of the taut cables, distances (of exit and platform point) those of all others.
+        """
+        base, platform = self.setting.base.transpose().tolist(), self.setting.platform.transpose().tolist()
+        taut, count = self.platform.taut, len(self.platform.exits)
+
+        def entries(x: list[arb]) -> list[Any]:
             """Return all of them at some unknowns."""
-            z = self.jets(x)
-            rotated = Rotated(self.platform, self.chart, z[:3])
+            z, moved = self.jets(x), self.moved(x)
+            rotated = Rotated(moved, self.chart, z[:3])
             rows = [[v * rotated.s.inverse() for v in row] for row in rotated.rotation]
-            way = minus(z[3:6], [dot(row, self.platform.arm) for row in rows])
+            way = minus(z[3:6], [dot(row, moved.arm) for row in rows])
             found = [[dot(row, axis) for row in rows] for axis in platform]
             columns = [[dot(axis, v) for axis in base] for v in [*found, way]]
-            return [v for column in columns for v in column] + z[6:]
+            densities = z[6:] if self.balanced else carried(rotated, z[3:6])
+            pulls = [t * as_jet(moved.length_square(k)).root() for k, t in enumerate(densities)]
+            spokes = [self.spoke(i, rows, z[3:6]) for i in range(taut, count)]
+            squares = [dot(e, e) for e in spokes]
+            return [as_jet(v) for v in [*(v for c in columns for v in c), *densities, *pulls, *squares]]
 
-        found = zero.image(entries)
-        densities = found[12:] if self.balanced else self.carried(self.jets(zero.entries()))
-        return arb_mat(3, 3, found[:9]).transpose(), column(found[9:12]), densities
+        try:
+            found = zero.image(entries)
+        except ZeroDivisionError:
+            raise NotProved("tensions of six cables are not bounded: singular") from None
+        t, pulls, squares = found[12 : 12 + taut], found[12 + taut : 12 + 2 * taut], found[12 + 2 * taut :]
+        distances = [v.nonnegative_part().sqrt() for v in squares]
+        return arb_mat(3, 3, found[:9]).transpose(), column(found[9:12]), t, pulls, distances
 
-    def carried(self, z: Sequence[Jet]) -> list[arb]:
-        """Return the t of six cables in a pose."""
-        rotated = Rotated(self.platform, self.chart, [v.value for v in z[:3]])
-        *wrenches, load = rotated.wrenches([v.value for v in z[3:6]])
-        return list(arb_mat(wrenches).transpose().solve(-column(load)).entries())
+    def spoke(self, i: int, rotation: Sequence[Vector], x: Vector) -> Vector:
+        """Return the way of a cable from its platform point to its exit point."""
+        p = self.platform
+        return [a - dot(row, p.points[i]) - v for a, row, v in zip(p.exits[i], rotation, x, strict=True)]
 
 
 class RoutedSystem(System):
@@ -190,8 +221,8 @@ class RoutedSystem(System):
         straight = ropes.lengths[i] - ropes.before[i]
         return rope.square - straight * straight
 
-    def pose(self, zero: Zero) -> tuple[arb_mat, arb_mat, list[arb]]:
-        """Enclose rotation, way from the first exit point to the centre of mass, and t."""
+    def pose(self, zero: Zero) -> tuple[arb_mat, arb_mat, list[arb], list[arb], list[arb]]:
+        """Enclose the same, but no tensions and distances: they follow from where the anchors are."""
 
         def entries(x: list[arb]) -> list[Jet]:
             z = self.jets(x)
@@ -201,4 +232,24 @@ class RoutedSystem(System):
 
         found = zero.image(entries)
         way = minus(found[9:12], [arb(v) for v in self.first_exit])
-        return arb_mat(3, 3, found[:9]), column(way), found[12:]
+        return arb_mat(3, 3, found[:9]), column(way), found[12:], [], []
+
+
+def as_jet(x: Any) -> Jet:
+    """Return a number with its derivatives; a constant has none."""
+    return x if isinstance(x, Jet) else Jet(x, {})
+
+
+def carried(rotated: Rotated, x: Vector) -> list[Jet]:
+    """Return the t of six cables in a pose: W t = -w_0, and with it W t' = -w_0' - W' t."""
+    *wrenches, load = [[as_jet(v) for v in w] for w in rotated.wrenches(x)]
+    matrix = arb_mat([[v.value for v in w] for w in wrenches]).transpose()
+    t = matrix.solve(-column([v.value for v in load])).entries()
+    slopes: list[dict[int, arb]] = [{} for _ in t]
+    for k in sorted({k for w in [*wrenches, load] for v in w for k in v.slopes}):
+        change = column([v.slopes.get(k, 0) for v in load])
+        for w, v in zip(wrenches, t, strict=True):
+            change += column([x.slopes.get(k, 0) for x in w]) * v
+        for row, v in zip(slopes, matrix.solve(-change).entries(), strict=True):
+            row[k] = v
+    return [Jet(v, row) for v, row in zip(t, slopes, strict=True)]

@@ -134,10 +134,13 @@ class Search:
         return found
 
     def over(self, kind: type[Form]) -> Platform:
-        """Return the platform in forms."""
+        """Return the platform in forms, of which each length that has a range moves one symbol."""
         if kind not in self.mapped:
             with ctx.workprec(BITS):
-                self.mapped[kind] = self.platform.mapped(kind.enclosing)
+                found = self.platform.mapped(kind.enclosing)
+                ranged = [(k, w) for k, w in enumerate(self.platform.swings) if w != 0]
+                sizes = {k: kind.enclosing(w).size() for k, w in ranged}
+                self.mapped[kind] = found.ranging({k: kind.datum(size, k) for k, size in sizes.items()})
         return self.mapped[kind]
 
     def system(self, chart: Any) -> System:

@@ -24,7 +24,6 @@ taken twice as large, which covers entries that are computed with more digits an
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import cached_property
 from typing import Self
 
 import numpy as np
@@ -124,15 +123,9 @@ class Floats(Form):
         self.rest = up(self.rest + (4.0 + 4.0 * len(sizes)) * U * sum(a * b for a, b in sizes))
         return self
 
-    @cached_property
-    def steep(self) -> Array:
+    def total(self, coefficients: Array) -> Array:
         """Rules 2 and 3."""
-        return up(np.sum(abs(self.slopes), axis=0))
-
-    @cached_property
-    def bent(self) -> Array:
-        """Rules 2 and 3."""
-        return up(np.sum(abs(self.curves), axis=0))
+        return up(np.sum(abs(coefficients), axis=0))
 
     def lowest(self) -> Array:
         """Subtract; that is off by u of both sizes at most, of 4."""

@@ -1,10 +1,11 @@
 """Numbers that depend on a pose, enclosed over many cells at once: quadratic in symbols from [-1, 1].
 
-In each cell, for any values of the symbols e,
+In each cell, for any values of the symbols e and d,
 
-    value + sum slopes_i e_i + sum_(i <= j) curves_ij e_i e_j +- rest
+    value + sum slopes_i e_i + sum_(i <= j) curves_ij e_i e_j + sum drifts_k d_k +- rest
 
-holds the number. A product's terms of higher degree, and what rounding drops, are added to the rest. Two
+holds the number. The d stand for lengths in their ranges, the same in all forms. A product's terms of higher
+degree, those of a d with another symbol, and what rounding drops, are added to the rest. Two
 arithmetics have this meaning: `Floats`, doubles of all cells in one operation, and `Integers`, exact but for
 shifts. Their numbers and bounds count in units of 1 / UNIT, which is 1 for doubles.
 """
@@ -13,7 +14,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
-from functools import cached_property
+from functools import cached_property, reduce
 from typing import Any, Self
 
 import numpy as np
@@ -26,17 +27,21 @@ Array = Any
 
 
 class Form(ABC):
-    """One number. ``curves`` are ordered 00, 01, 11, 02, ...; slopes and curves that are missing are 0.
+    """One number. ``curves`` are ordered 00, 01, 11, 02, ...; coefficients that are missing are 0.
 
-    value, rest : (N,) or (1,); slopes : (K, N or 1); curves : (K (K + 1) / 2, N or 1), or none.
+    value, rest : (N,) or (1,); slopes : (K, N or 1); curves : (K (K + 1) / 2, N or 1), or none; drifts : (D,
+    N or 1).
     """
 
     UNIT: int
     INFINITE: Any
     """Stands for a bound that there is none."""
 
-    def __init__(self, value: Array, slopes: Array, curves: Array, rest: Array) -> None:
+    def __init__(
+        self, value: Array, slopes: Array, curves: Array, rest: Array, drifts: Array | None = None
+    ) -> None:
         self.value, self.slopes, self.curves, self.rest = value, slopes, curves, rest
+        self.drifts = none_of(value) if drifts is None else drifts
 
     # What an arithmetic says for itself.
 
@@ -96,15 +101,9 @@ class Form(ABC):
         ``sizes`` : bounds of the sums of the sizes of all factors of these products, two and two.
         """
 
-    @property
     @abstractmethod
-    def steep(self) -> Array:
-        """An upper bound of the sum of the sizes of the slopes."""
-
-    @property
-    @abstractmethod
-    def bent(self) -> Array:
-        """An upper bound of the sum of the sizes of the curves."""
+    def total(self, coefficients: Array) -> Array:
+        """Return an upper bound of the sum of the sizes of coefficients (K, N or 1)."""
 
     @abstractmethod
     def lowest(self) -> Array:
@@ -125,20 +124,41 @@ class Form(ABC):
     def near(cls, x: Array, slopes: Array = ()) -> Self:
         """Return a form near chosen doubles and slopes, (K, N)."""
         value = cls.numbers(x)
-        found = np.zeros((0, 1), value.dtype) if not len(slopes) else cls.numbers(np.asarray(slopes))
-        return cls(value, found, np.zeros((0, 1), value.dtype), 0 * value)
+        found = cls.numbers(np.asarray(slopes)) if len(slopes) else none_of(value)
+        return cls(value, found, none_of(value), 0 * value)
 
     @classmethod
     def unknown(cls, size: Array, symbol: int = -1) -> Self:
         """Return any number up to a bound: a rest, or ``size`` times a symbol."""
         none = 0 * size
-        slopes = np.stack([none] * symbol + [size]) if symbol >= 0 else np.zeros((0, 1), size.dtype)
-        return cls(none, slopes, np.zeros((0, 1), size.dtype), none if symbol >= 0 else size)
+        slopes = np.stack([none] * symbol + [size]) if symbol >= 0 else none_of(size)
+        return cls(none, slopes, none_of(size), none if symbol >= 0 else size)
+
+    @classmethod
+    def datum(cls, size: Array, k: int) -> Self:
+        """Return ``size`` times the symbol of a length."""
+        none = 0 * size
+        return cls(none, none_of(size), none_of(size), none, np.stack([none] * k + [size]))
+
+    @cached_property
+    def steep(self) -> Array:
+        """An upper bound of the sum of the sizes of the slopes."""
+        return self.total(self.slopes)
+
+    @cached_property
+    def bent(self) -> Array:
+        """The same of the curves."""
+        return self.total(self.curves)
+
+    @cached_property
+    def drift(self) -> Array:
+        """The same of the drifts."""
+        return self.total(self.drifts) if len(self.drifts) else 0
 
     @cached_property
     def bulk(self) -> Array:
         """An upper bound of the sum of the sizes of all coefficients."""
-        return self.bound([], abs(self.value) + self.steep + self.bent)
+        return self.bound([], abs(self.value) + self.steep + self.bent + self.drift)
 
     def size(self) -> Array:
         """Return an upper bound of the number's size."""
@@ -146,7 +166,7 @@ class Form(ABC):
 
     def change(self) -> Array:
         """Return an upper bound of its distance from the value."""
-        return self.bound([], self.steep + self.bent + self.rest)
+        return self.bound([], self.steep + self.bent + self.drift + self.rest)
 
     def highest(self) -> Array:
         """Return an upper bound."""
@@ -157,7 +177,7 @@ class Form(ABC):
         return abs(self.value) > self.change()
 
     def __neg__(self) -> Self:
-        return type(self)(-self.value, -self.slopes, -self.curves, self.rest)
+        return type(self)(-self.value, -self.slopes, -self.curves, self.rest, -self.drifts)
 
     def __add__(self, other: Any) -> Self:
         if isinstance(other, int):
@@ -169,6 +189,7 @@ class Form(ABC):
             together(self.slopes, other.slopes),
             together(self.curves, other.curves),
             self.rest + other.rest,
+            together(self.drifts, other.drifts),
         ).after_sum()
 
     def __sub__(self, other: Any) -> Self:
@@ -181,7 +202,8 @@ class Form(ABC):
     def __mul__(self, other: Any) -> Self:
         if isinstance(other, np.ndarray):
             # Signs, 1 or -1 in each cell: nothing is rounded.
-            return type(self)(self.value * other, self.slopes * other, self.curves * other, self.rest)
+            value, slopes, curves = self.value * other, self.slopes * other, self.curves * other
+            return type(self)(value, slopes, curves, self.rest, self.drifts * other)
         if isinstance(other, int):
             other = self.constant(other)
             if not other.value[0]:
@@ -190,11 +212,16 @@ class Form(ABC):
             return NotImplemented
         a, b = self.value, other.value
         rest = [(self.steep, other.bent), (self.bent, other.steep + other.bent), (self.bulk, other.rest)]
+        if len(self.drifts):
+            rest.append((self.drift, other.steep + other.bent + other.drift))
+        if len(other.drifts):
+            rest.append((self.steep + self.bent, other.drift))
         return type(self)(
             a * b,
             together(a * other.slopes, b * self.slopes),
             together(together(a * other.curves, b * self.curves), mixed(self.slopes, other.slopes)),
             sum(x * y for x, y in [*rest, (self.rest, other.bulk + other.rest)]),
+            together(a * other.drifts, b * self.drifts),
         ).after_products([(self.bulk, other.bulk)])
 
     __radd__, __rmul__ = __add__, __mul__
@@ -203,23 +230,24 @@ class Form(ABC):
     def combine(cls, weights: Sequence[Array], forms: Sequence[Form]) -> Self:
         """Return a sum of forms weighted by doubles."""
         w = [cls.numbers(x) for x in weights]
-        slopes, curves = w[0] * forms[0].slopes, w[0] * forms[0].curves
-        for x, form in zip(w[1:], forms[1:], strict=True):
-            slopes, curves = together(slopes, x * form.slopes), together(curves, x * form.curves)
         pairs = list(zip(w, forms, strict=True))
+        slopes = reduce(together, (x * form.slopes for x, form in pairs))
+        curves = reduce(together, (x * form.curves for x, form in pairs))
+        drifts = reduce(together, (x * form.drifts for x, form in pairs))
         value = sum(x * form.value for x, form in pairs)
         rest = sum(abs(x) * form.rest for x, form in pairs)
         sizes = [(abs(x), form.bulk) for x, form in pairs]
-        return cls(value, slopes, curves, rest).after_products(sizes)
+        return cls(value, slopes, curves, rest, drifts).after_products(sizes)
 
     def upto(self, degree: int) -> Self:
         """Return a number near this one without terms of a higher degree."""
         curves = self.curves if degree > 1 else self.curves[:0]
-        return type(self)(self.value, self.slopes if degree else self.slopes[:0], curves, 0 * self.rest)
+        slopes, drifts = (v if degree else v[:0] for v in (self.slopes, self.drifts))
+        return type(self)(self.value, slopes, curves, 0 * self.rest, drifts)
 
     def at(self, cells: Array) -> Self:
         """Return the form in some of the cells."""
-        parts = (self.value, self.slopes, self.curves, self.rest)
+        parts = (self.value, self.slopes, self.curves, self.rest, self.drifts)
         return type(self)(*(v if v.shape[-1] == 1 else v[..., cells] for v in parts))
 
     def doubles(self) -> Array:
@@ -233,6 +261,11 @@ class Form(ABC):
 
 
 Vector = list[Any]
+
+
+def none_of(like: Array) -> Array:
+    """Return no coefficients of the kind of others."""
+    return np.zeros((0, 1), like.dtype)
 
 
 def together(a: Array, b: Array) -> Array:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from functools import cached_property
 from typing import Self
 
 import numpy as np
@@ -108,21 +107,16 @@ class Integers(Form):
         return self
 
     def after_products(self, sizes: Sequence[tuple[Array, Array]]) -> Self:
-        """Every shift drops less than 1: of the value, the rest, each slope and curve."""
-        dropped = 2 + len(self.slopes) + len(self.curves)
-        self.value, self.slopes, self.curves = map(shifted, (self.value, self.slopes, self.curves))
+        """Every shift drops less than 1: of the value, the rest, each other coefficient."""
+        dropped = 2 + len(self.slopes) + len(self.curves) + len(self.drifts)
+        self.value, self.slopes = shifted(self.value), shifted(self.slopes)
+        self.curves, self.drifts = shifted(self.curves), shifted(self.drifts)
         self.rest = shifted(self.rest) + dropped
         return self
 
-    @cached_property
-    def steep(self) -> Array:
+    def total(self, coefficients: Array) -> Array:
         """Exact."""
-        return np.sum(abs(self.slopes), axis=0, initial=0) + 0 * self.value
-
-    @cached_property
-    def bent(self) -> Array:
-        """Exact."""
-        return np.sum(abs(self.curves), axis=0, initial=0) + 0 * self.value
+        return np.sum(abs(coefficients), axis=0, initial=0) + 0 * self.value
 
     def lowest(self) -> Array:
         """Exact."""

@@ -36,6 +36,11 @@ class Jet:
         value = 1 / self.value
         return Jet(value, {k: -v * value * value for k, v in self.slopes.items()})
 
+    def root(self) -> Jet:
+        """Return the square root of a positive number."""
+        value = self.value.sqrt()
+        return Jet(value, {k: v / (2 * value) for k, v in self.slopes.items()})
+
     def __sub__(self, other: Any) -> Jet:
         return self.__add__(-other)
 

@@ -51,6 +51,15 @@ class Ropes:
     """pi."""
     taut: int
 
+    @property
+    def swings(self) -> list[int]:
+        """Lengths have no ranges."""
+        return [0] * self.taut
+
+    def ranging(self, changes: dict[int, Any]) -> Ropes:
+        """Return itself: there is nothing to be changed."""
+        return self
+
     def mapped(self, convert: Callable[[Any], Any]) -> Ropes:
         """Return the robot in numbers of another kind."""
 

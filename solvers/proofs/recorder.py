@@ -101,6 +101,7 @@ class Recorder:
         self.search = Search(question, setting, {"order": order, "roots": [], "trees": charts}, len(listed))
         others = [i for i in range(len(question.names)) if i not in setting.taut]
         self.model = as_checked(reduced.model, [question.lengths[i] for i in (*setting.taut, *others)])
+        self.ranged = any(lo < hi for lo, hi in question.lengths)
         self.unit = 1.0 / float(self.search.platform.per_unit)
         moments = self.unit / self.model.size
         self.trees = Trees([*setting.taut, *others], moments, self.search.reach, setting.planar)
@@ -110,8 +111,9 @@ class Recorder:
             if frozen is not None:
                 u = [v for k in range(3) for v in ((0.0, 0.0) if k in frozen else (-1.0, 1.0))]
                 self.starts[chart] = (*u, float(chart), 0.0)
-        self.trusts = True
-        """The compiled tests are taken to agree with the checker's, but where they are doubtful."""
+        self.trusts = not self.ranged
+        """The compiled tests are taken to agree with the checker's, but where they are doubtful. Over wide
+        ranges they are too far from them."""
         self.sure: set[Cell] = set()
         """Doubtful cells that the checker confirmed."""
         self.walked = 0
@@ -211,8 +213,9 @@ class Recorder:
         def run() -> Run:
             """Return a thread's search."""
             if isinstance(seen, NotedTurns):
-                return budget.watching(seen.certified_run(self.model, boxes, SMALLEST), seen)
-            return budget.watching(seen.certified_run(self.model, boxes, SMALLEST, self.unit), seen)
+                return budget.watching(seen.certified_run(self.model, boxes, SMALLEST, self.ranged), seen)
+            certified = seen.certified_run(self.model, boxes, SMALLEST, self.ranged, self.unit)
+            return budget.watching(certified, seen)
 
         rows = np.array([[*cell, 1.0 / len(cells)] for cell in cells])
         account.next_step()

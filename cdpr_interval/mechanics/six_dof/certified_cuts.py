@@ -35,9 +35,12 @@ ROUNDING = 2.0**-40
 @kernel(signatures(lanes, types.int64))
 def change(F: Forms, row: int, S: Symbols) -> Lanes:
     """Return the sum of the sizes of a form's coefficients but its value."""
-    K = len(S.noise)
+    K, P = len(S.noise), len(S.data)
     Q = 1 + K + K * (K + 1) // 2
-    return load(F, row, Q) + load(F, row, Q + 1) + load(F, row, Q + 2)
+    total = load(F, row, Q) + load(F, row, Q + 1) + load(F, row, Q + 2)
+    if P > 0:
+        total += load(F, row, Q + 3 + P)
+    return total
 
 
 @kernel("i8(f8[:, :, ::1], i8, i8, i8)")

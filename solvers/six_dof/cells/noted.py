@@ -12,7 +12,13 @@ from cdpr_interval.engine.scratch import Scratch
 from cdpr_interval.engine.search import Run
 from cdpr_interval.mechanics.six_dof.arrays import Model
 from solvers.six_dof.cells import certified_pose_cells, certified_rotation_cells, noted_rotation_cells
-from solvers.six_dof.cells.kinds import POSE_CELLS, ROTATION_CELLS, Context
+from solvers.six_dof.cells.kinds import (
+    POSE_CELLS,
+    RANGED_POSE_CELLS,
+    RANGED_ROTATION_CELLS,
+    ROTATION_CELLS,
+    Context,
+)
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -67,14 +73,15 @@ class NotedTurns(Notes):
 
         return self.observed(noted_rotation_cells.run, context)
 
-    def certified_run(self, model: Model, boxes: Floats, smallest: float) -> Run:
-        """Bind the search by a certificate's rules; see `Certified`.
+    def certified_run(self, model: Model, boxes: Floats, smallest: float, ranged: bool) -> Run:
+        """Bind the search by a certificate's rules; see `Certified`. ``ranged``: lengths have symbols.
 
         Leaves: too small (SMALL), or to be handed on (FOLDED).
         """
+        kind = RANGED_ROTATION_CELLS if ranged else ROTATION_CELLS
 
         def context(notes: Floats, noted: Ints) -> Certified:
-            return Certified(model, ROTATION_CELLS.scratch(), boxes, smallest, 1.0, notes, noted)
+            return Certified(model, kind.scratch(), boxes, smallest, 1.0, notes, noted)
 
         return self.observed(certified_rotation_cells.run, context)
 
@@ -85,10 +92,11 @@ class NotedPoses(Notes):
     def __init__(self) -> None:
         super().__init__(certified_pose_cells.COLUMNS, certified_pose_cells.DATA, MOST_NOTES)
 
-    def certified_run(self, model: Model, boxes: Floats, smallest: float, unit: float) -> Run:
-        """Bind the search by a certificate's rules; see `Certified`."""
+    def certified_run(self, model: Model, boxes: Floats, smallest: float, ranged: bool, unit: float) -> Run:
+        """Bind the search by a certificate's rules; see `Certified`. ``ranged``: lengths have symbols."""
+        kind = RANGED_POSE_CELLS if ranged else POSE_CELLS
 
         def context(notes: Floats, noted: Ints) -> Certified:
-            return Certified(model, POSE_CELLS.scratch(), boxes, smallest, unit, notes, noted)
+            return Certified(model, kind.scratch(), boxes, smallest, unit, notes, noted)
 
         return self.observed(certified_pose_cells.run, context)

@@ -64,7 +64,7 @@ def build(
     radius, arm, lead = np.array([_sizes(c) for c in cables]).reshape(-1, 3).T.copy()
     joints = np.array([c.joints if c.radius > 0 else 1 for c in cables], dtype=np.int64)
     at_start = np.array([c.lead_in == 0 and c.pulley_arm <= c.radius for c in cables])
-    fixed, fixed_err, angle, before = _arrival(radius, arm, lead, at_start)
+    fixed, fixed_err, angle, angle_err, before = _arrival(radius, arm, lead, at_start)
     fixed, before = np.where(joints == 2, lead, fixed), _before(before, lead, arm - radius, joints)
     point = np.linalg.norm(exits_err, axis=1) + np.linalg.norm(arms_err, axis=1)
     shift = np.stack(
@@ -80,7 +80,7 @@ def build(
     # T: a rope that runs past its pulley to next to it leaves a little before X, see ``_excess``.
     foot_reach = (arm + radius) * (1.0 + 1e-14) + np.where(lifts, 4e-3 * (lead + arm), 0.0)
     sway = radius + np.where(joints == 2, 0.5 * arm, 0.0)
-    lifting = _lifting(lifts, angle, fixed_err / np.maximum(radius, 1e-300))
+    lifting = _lifting(lifts, angle, angle_err)
     paths = _paths(exits, reach, foot_reach, lengths, compliance, most + margin, force[0], n_taut)
     return RealModel(
         n_taut=n_taut,
@@ -124,10 +124,12 @@ def _rigid(compliance: Floats) -> int:
 
 def _arrival(
     radius: Floats, arm: Floats, lead: Floats, exact_start: NDArray[np.bool_]
-) -> tuple[Floats, Floats, Floats, Floats]:
-    """Return |CK| + r theta_K of each cable (N,), the error of that, theta_K and |CK|, of one joint.
+) -> tuple[Floats, Floats, Floats, Floats, Floats]:
+    """Return of one joint |CK| + r theta_K (N,), the error of that, theta_K, the error of that, and |CK|.
 
-    ``exact_start`` (N,): the rope starts where it meets the pulley.
+    ``exact_start`` (N,): the rope starts where it meets the pulley. Between the bounds of theta_K a rope is
+    taken to touch: T is off there by |CK| + r times their distance at most, which is less than the error of
+    the length, with ``loss``, and that of its rounding.
     """
     wrapped = np.hypot(arm, lead)
     straight = np.sqrt(np.maximum((wrapped - radius) * (wrapped + radius), 0.0))
@@ -142,7 +144,9 @@ def _arrival(
         exact_start, 0.0, 4.0 * wrapped * wrapped / np.maximum(straight, np.maximum(3e-8 * wrapped, 1e-12))
     )
     error = UNIT * np.where(radius > 0.0, fixed + loss + 8.0 * radius, lead)
-    return fixed, error, angle, tangent
+    steep = np.maximum(straight, 3e-8 * wrapped)
+    turned = UNIT * (2.0 + 2.0 * radius / np.where(steep > 0.0, steep, 1.0))
+    return fixed, error, angle, turned, tangent
 
 
 def _sizes(cable: RealCable) -> tuple[float, float, float]:

@@ -59,13 +59,13 @@ from cdpr_interval.mechanics.six_dof.directions import centre_columns
 from cdpr_interval.mechanics.six_dof.geometry import rotation_rows
 from cdpr_interval.mechanics.six_dof.rows import BEFORE, DIMENSIONS, MOST_TAUT, MOST_TENSION, MOVING, TENSIONS
 from solvers.six_dof.real import survey as surveys
-from solvers.six_dof.real.columns import BOX, CENTRE, DENSITIES, FORMED, NEXT, RANGE, REAL_COLUMNS, TIGHTER
+from solvers.six_dof.real.columns import BOX, CENTRE, DENSITIES, FORMED, NEXT, REAL_COLUMNS, TIGHTER
 from solvers.six_dof.real.pull import add_pulls, cannot_balance
 from solvers.six_dof.real.shape import (
     back_to_box,
+    from_middle,
     length_row,
     load_rows,
-    polynomial,
     position_rows,
     product_rows,
     spot,
@@ -80,14 +80,8 @@ CUTS = 3
 """Most looks at the lengths before the other tests."""
 CONTRACT_WIDTH = 0.6
 """Width of u below which a cell that is not excluded is contracted by all equations."""
-REST_SHARE = 8.0
-"""How wide the rest w may be over what the rotations move the platform by: else positions are bisected."""
-
-
-STRETCHED_SHARE = 2.0
-"""The same where cables stretch, whose lengths hardly bound positions before the tensions are bounded."""
-
-
+POSITION_SHARE = 2.0
+"""How wide positions may be over what the rotations move the platform by: wider ones are bisected."""
 COUNTS = 0.25
 """Least stretch, over what the rotations move an anchor by, whose loss is worth another look."""
 
@@ -115,11 +109,11 @@ def look(context: Any, states: Any, first: bool) -> None:
             continue
         if look_again(real, C, lane, desk):
             spot(real, lane, desk)
-            polynomial(real, F, C, lane, desk)
+            from_middle(C, lane, desk)
         else:
             states[lane] = NO_LENGTH
             W[MOVING, 0, lane] = 0.0
-    position_rows(F, C, desk.held, S)
+    position_rows(F, C, S)
     product_rows(F, S)
 
 
@@ -127,7 +121,7 @@ def look(context: Any, states: Any, first: bool) -> None:
 def cut_by_lengths(context: Any, states: Any) -> int:
     """Cut the open lanes' cells by the lengths until that gains little; return the most pivots of a lane.
 
-    Lanes still OPEN afterwards: the rows in F are those of the cell as it is now; its columns 6..11 bound w.
+    Lanes still OPEN afterwards: the rows in F are those of the cell as it is now; its columns 6..11 bound v.
     """
     S, F, W, C, _, _ = context.scratch
     # More than six lengths are no more equations than unknowns: the survey has used all.
@@ -163,7 +157,7 @@ def cut_by_lengths(context: Any, states: Any) -> int:
 
 @kernel()
 def after_cut(W: LaneArray, C: LaneArray, lane: int, states: Any, last: bool) -> None:
-    """Decide what a cut did to a lane: empty, u much smaller (a new cell), w (look again), or little."""
+    """Decide what a cut did to a lane: empty, u much smaller (a new cell), v (look again), or little."""
     if W[VERDICTS, 0, lane] == EMPTY:
         states[lane] = NO_LENGTH
         W[MOVING, 0, lane] = 0.0
@@ -350,13 +344,11 @@ def bound_tensions(context: Any) -> None:
 
 @kernel()
 def place_of(C: LaneArray, lane: int, k: int, held: Any, upper: bool) -> float:
-    """Return a bound of position ``k`` of a lane whose columns 6..11 bound w."""
-    c, far = held[lane, CENTRE + k], held[lane, RANGE + k]
+    """Return a bound of position ``k`` of a lane whose columns 6..11 bound v."""
+    c = held[lane, CENTRE + k]
     if upper:
-        high = up(up(C[0, 7 + 2 * k, lane] + far) + c)
-        return float(min(held[lane, BOX + 2 * k + 1], high))
-    low = -up(up(far - C[0, 6 + 2 * k, lane]) - c)
-    return float(max(held[lane, BOX + 2 * k], low))
+        return float(min(held[lane, BOX + 2 * k + 1], up(C[0, 7 + 2 * k, lane] + c)))
+    return float(max(held[lane, BOX + 2 * k], -up(-C[0, 6 + 2 * k, lane] - c)))
 
 
 @kernel()
@@ -400,7 +392,7 @@ def process(context: Any, count: int, children: Any) -> None:
 
 @kernel()
 def choose_next(real: Any, C: LaneArray, lane: int, leaf_size: float, desk: Any) -> None:
-    """Choose what to bisect if nothing else helps: a position where the rest w is wide, else u.
+    """Choose what to bisect if nothing else helps: a position where it is wide, else u.
 
     Ranges of lengths leave positions wide however small u is: below the leaf size u is no measure of them.
     """
@@ -418,9 +410,7 @@ def choose_next(real: Any, C: LaneArray, lane: int, leaf_size: float, desk: Any)
         wide = 0.5 * (place_of(C, lane, k, held, True) - place_of(C, lane, k, held, False))
         if wide > most:
             most, place = wide, k
-    far = arm * turned + max(held[lane, RANGE], max(held[lane, RANGE + 1], held[lane, RANGE + 2]))
-    share = REST_SHARE if far > arm * turned else STRETCHED_SHARE
-    held[lane, NEXT] = 3 + place if most > share * far else best
+    held[lane, NEXT] = 3 + place if most > POSITION_SHARE * arm * turned else best
 
 
 @kernel(inline="always")

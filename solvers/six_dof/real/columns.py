@@ -53,11 +53,10 @@ TURN, OUT, LEAN = 38, 39, 40
 SEEN = 43
 """How many there are."""
 
-CENTRE, FIRST, SECOND, RANGE, BOX, NEXT, FORMED, TIGHTER = 0, 3, 12, 30, 33, 39, 40, 41
-"""Of a lane's cell: the centre of its positions p_c (3), slopes (3, 3) and second-order terms (6, 3) of p~ -
-p_c in the symbols of u, how far that reaches (3), bounds of p (6), the variable to bisect (-1: not chosen), 1
-while the cell's columns 6..11 bound w = p - p~ instead of p, 1 where densities lost much."""
-HELD = 42
+CENTRE, BOX, NEXT, FORMED, TIGHTER = 0, 3, 9, 10, 11
+"""Of a lane's cell: the centre of its positions p_c (3), bounds of p (6), the variable to bisect (-1: not
+chosen), 1 while the cell's columns 6..11 bound p - p_c instead of p, 1 where densities lost much."""
+HELD = 12
 """How many there are."""
 
 TO_FOOT, LEVEL, LEVEL_ERROR, POINT_ERROR = 0, 3, 4, 5

@@ -70,7 +70,18 @@ def inverse(F: Forms, out: int, a: int, S: Symbols) -> None:
     """Write 1 / a for a row ``a`` that is positive; overwrites it."""
     lo, hi = bounds(F, a, S)
     x = load(F, a, 0)
-    curved(F, out, a, 1.0 / x, -1.0 / (x * x), 1.0 / (hi * hi * hi), 1.0 / (lo * lo * lo), S)
+    # 1 / (x + d) = 1 / x - d / x^2 + d^2 / (x^2 (x + d))
+    curved(F, out, a, 1.0 / x, -1.0 / (x * x), 1.0 / (x * x * hi), 1.0 / (x * x * lo), S)
+
+
+@kernel()
+def bend(d: Lanes, f: Lanes) -> Lanes:
+    """Return what e^2 has as its factor in (x^2 + 2 e)^(-1/2) = d - d^3 e + .., d = 1 / x, where that is f.
+
+    With r = 1 / f it is 2 (r + 2 x) / (x^3 r (r + x)^2); it falls with r.
+    """
+    both = d + f
+    return 2.0 * d * d * d * d * (f * f) * (d + 2.0 * f) / (both * both)
 
 
 @kernel()
@@ -84,7 +95,7 @@ def inverse_root(F: Forms, out: int, a: int, S: Symbols) -> None:
     x = 2.0 * where_less(0.0, positive, load(F, a, 0), 0.5)
     d = 1.0 / root(x)
     near, far = 1.0 / root(2.0 * lo), 1.0 / root(2.0 * hi)
-    low, high = 1.5 * far * (far * far) * (far * far), 1.5 * near * (near * near) * (near * near)
+    low, high = bend(d, far), bend(d, near)
     curved(F, out, a, d, -d * d * d, low, high, S)
     widen(F, out, where_less(0.0, positive, splat(0.0), 1e300), S)
 
@@ -93,7 +104,12 @@ def inverse_root(F: Forms, out: int, a: int, S: Symbols) -> None:
 def density_row(F: Forms, real: Any, i: int, spots: LaneArray, S: Symbols) -> None:
     """Write the density of cable ``i`` to DENSITY. Needs ONE_OVER_SCALE and the rows of ``product_rows``."""
     square_row(F, DENSITY, real, i, spots, S)
+    # Without what it has at the middle of the cell, the error of 1 / s counts for little.
+    middle = load(F, DENSITY, 0) / load(F, SCALE, 0)
+    add_scaled(F, DENSITY, SCALE, -middle, S)
     multiply(F, FROM_FOOT, DENSITY, ONE_OVER_SCALE, 1.0, S)
+    store(F, FROM_FOOT, 0, load(F, FROM_FOOT, 0) + middle)
+    widen(F, FROM_FOOT, ROUNDINGS * (abs(middle) + abs(load(F, FROM_FOOT, 0))), S)
     inverse_root(F, DENSITY, FROM_FOOT, S)
     scale(F, DENSITY, DENSITY, -load(spots, i, REST), S)
     store(F, DENSITY, 0, load(F, DENSITY, 0) + 1.0)

@@ -1,8 +1,8 @@
-"""Positions and cables as forms over cells: v = p - p_c as a polynomial of u and a rest, lengths, wrenches.
+"""Positions and cables as forms over cells: lengths, wrenches.
 
-p~(u) is the second-order Taylor polynomial of the position that three cables fix, in floats; the rest w =
-p - p~(u) has three symbols of its own. Which polynomial it is does not matter for what is proved: w is
-bounded by the cell's box of positions, and by what the lengths leave of it. With y_i = T0_i - p_c,
+The position v = p - p_c has three symbols of its own, bounded by the cell's box of positions and by what the
+lengths leave of it. How it goes with u is left to the equations of the lengths, which are solved for symbols
+and added to other forms. With y_i = T0_i - p_c,
 
     2 s G_i = s |v|^2 - 2 y_i . s v + s (|y_i|^2 + |b_i|^2 - s_i^2) + 2 v . s R b_i - 2 y_i . s R b_i
 
@@ -54,7 +54,6 @@ from solvers.six_dof.real.columns import (
     BOX,
     CENTRE,
     DRIFT,
-    FIRST,
     FOOT,
     FORMED,
     FREE,
@@ -67,9 +66,7 @@ from solvers.six_dof.real.columns import (
     LOWEST,
     PATH,
     POINT_ERROR,
-    RANGE,
     REST,
-    SECOND,
     SIZE,
     SQUARE,
     SQUARE_ERROR,
@@ -78,13 +75,6 @@ from solvers.six_dof.real.columns import (
 )
 from solvers.six_dof.real.path import ROUNDING
 from solvers.six_dof.real.rows import INNER, OUTER, SCALED, SQUARED, TURNED
-from solvers.six_dof.real.survey import invert
-
-FARTHEST_SLOPE = 8.0
-"""Most that p~ may move over half a cell, in units of the reach of its cables' arms: else it is constant."""
-
-MONOMIALS = 10
-"""1, eps_a, eps_a^2, eps_a eps_b of three symbols."""
 
 
 @kernel()
@@ -129,61 +119,28 @@ def spot(real: Any, lane: int, desk: Any) -> None:
 
 
 @kernel()
-def polynomial(real: Any, F: Forms, C: LaneArray, lane: int, desk: Any) -> None:
-    """Write the slopes and second-order terms of p~ for a lane, and bounds of w to its columns 6..11.
-
-    The box of positions is kept in BOX.
-    """
+def from_middle(C: LaneArray, lane: int, desk: Any) -> None:
+    """Turn the bounds of a lane's positions, which are kept in BOX, into bounds of v."""
     held = desk.held
-    for k in range(FIRST, BOX):
-        held[lane, k] = 0.0
-    for k in range(6):
-        held[lane, BOX + k] = C[0, 6 + k, lane]
-    if real.n_taut >= 3 and holds(real, C, lane, desk) and taylor(real, F, lane, desk):
-        reach = 0.0
-        for k in range(3):
-            total = 0.0
-            for a in range(3):
-                total += abs(held[lane, FIRST + 3 * a + k])
-            for a in range(6):
-                total += abs(held[lane, SECOND + 3 * a + k])
-            held[lane, RANGE + k] = total * (1.0 + 1e-14)
-            reach = max(reach, total)
-        widest = 0.0
-        for k in range(3):
-            widest = max(widest, C[0, 7 + 2 * k, lane] - C[0, 6 + 2 * k, lane])
-        if not reach < FARTHEST_SLOPE * widest:
-            for k in range(FIRST, BOX):
-                held[lane, k] = 0.0
     for k in range(3):
-        c, far = held[lane, CENTRE + k], held[lane, RANGE + k]
-        C[0, 6 + 2 * k, lane] = -up(up(c - C[0, 6 + 2 * k, lane]) + far)
-        C[0, 7 + 2 * k, lane] = up(up(C[0, 7 + 2 * k, lane] - c) + far)
+        low, high = C[0, 6 + 2 * k, lane], C[0, 7 + 2 * k, lane]
+        held[lane, BOX + 2 * k], held[lane, BOX + 2 * k + 1] = low, high
+        c = held[lane, CENTRE + k]
+        C[0, 6 + 2 * k, lane] = -up(c - low)
+        C[0, 7 + 2 * k, lane] = up(high - c)
     held[lane, FORMED] = 1.0
 
 
 @kernel()
-def holds(real: Any, C: LaneArray, lane: int, desk: Any) -> bool:
-    """Return True where the lengths of the triple, stretch and all, hold the position better than its box."""
-    widest, loosest = 0.0, 0.0
-    for k in range(3):
-        i = real.triple[k]
-        widest = max(widest, C[0, 7 + 2 * k, lane] - C[0, 6 + 2 * k, lane])
-        loosest = max(loosest, desk.seen[i, HIGHEST] - desk.seen[i, LOWEST])
-    return bool(loosest < 0.5 * widest)
-
-
-@kernel()
 def back_to_box(C: LaneArray, lane: int, desk: Any) -> None:
-    """Turn the bounds of w of a lane's cell into bounds of its positions."""
+    """Turn the bounds of v of a lane's cell into bounds of its positions."""
     held = desk.held
     if held[lane, FORMED] == 0.0:
         return
     held[lane, FORMED] = 0.0
     for k in range(3):
-        c, far = held[lane, CENTRE + k], held[lane, RANGE + k]
-        low = -up(up(far - C[0, 6 + 2 * k, lane]) - c)
-        high = up(up(C[0, 7 + 2 * k, lane] + far) + c)
+        c = held[lane, CENTRE + k]
+        low, high = -up(-C[0, 6 + 2 * k, lane] - c), up(C[0, 7 + 2 * k, lane] + c)
         C[0, 6 + 2 * k, lane] = max(held[lane, BOX + 2 * k], low)
         C[0, 7 + 2 * k, lane] = min(held[lane, BOX + 2 * k + 1], high)
         if C[0, 6 + 2 * k, lane] > C[0, 7 + 2 * k, lane]:
@@ -192,103 +149,14 @@ def back_to_box(C: LaneArray, lane: int, desk: Any) -> None:
 
 
 @kernel()
-def column_of(monomial: int) -> int:
-    """Return the column of a form with six symbols for 1, eps_a, eps_a^2, eps_a eps_b, in this order."""
-    if monomial < 4:
-        return monomial
-    return monomial + 3 if monomial < 7 else (18 if monomial == 9 else 6 + monomial)
-
-
-@kernel()
-def turned_arms(real: Any, F: Forms, lane: int, desk: Any) -> None:
-    """Write the coefficients of s R b of the triple's cables, and of s, to ``desk.monomials``."""
-    out = desk.monomials
-    for m in range(MONOMIALS):
-        column = column_of(m)
-        out[3, 0, m] = F[SCALE, column, lane]
-        for k in range(3):
-            r0, r1 = F[ROTATION + 3 * k, column, lane], F[ROTATION + 3 * k + 1, column, lane]
-            r2 = F[ROTATION + 3 * k + 2, column, lane]
-            for j in range(3):
-                i = real.triple[j]
-                out[j, k, m] = r0 * real.arms[i, 0] + r1 * real.arms[i, 1] + r2 * real.arms[i, 2]
-
-
-@kernel()
-def taylor(real: Any, F: Forms, lane: int, desk: Any) -> bool:
-    """Solve the spheres of three cables for the coefficients of p~; False where they do not fix it."""
-    held = desk.held
-    if not invert(desk.seen, real.triple, desk.inverse):
-        return False
-    turned_arms(real, F, lane, desk)
-    for a in range(3):
-        coefficient(real, lane, desk, FIRST + 3 * a, 1 + a, a, -1)
-    for a in range(3):
-        coefficient(real, lane, desk, SECOND + 3 * a, 4 + a, a, a)
-    for c in range(3):
-        a, b = (0, 1) if c == 0 else ((0, 2) if c == 1 else (1, 2))
-        coefficient(real, lane, desk, SECOND + 9 + 3 * c, 7 + c, a, b)
-    finite = True
-    for k in range(FIRST, RANGE):
-        finite = finite and math.isfinite(held[lane, k])
-    return finite
-
-
-@kernel()
-def coefficient(real: Any, lane: int, desk: Any, place: int, m: int, a: int, b: int) -> None:
-    """Write the coefficient of p~ in monomial ``m``: eps_a where b < 0, else eps_a eps_b.
-
-    It solves s d + 2 v . s R b_i = 0 in that monomial, d = |v|^2 + |b|^2 - s_i^2 with v = p~ - T0_i, whose
-    value at the centre is about -2 v . R b_i.
-    """
-    held, inverse, arms = desk.held, desk.inverse, desk.monomials
-    s0, s_a, s_m = arms[3, 0, 0], arms[3, 0, 1 + a], arms[3, 0, m]
-    for k in range(3):
-        held[lane, place + k] = 0.0
-    for j in range(3):
-        i = real.triple[j]
-        # Gradient of s d + 2 v . s R b by v: 2 (s v + s R b) = 2 s sigma a.
-        size = 2.0 * s0 * desk.seen[i, FREE]
-        d0, d_a, d_b, right = 0.0, 0.0, 0.0, 0.0
-        for k in range(3):
-            v = -desk.spots[i, TO_FOOT + k, lane]
-            d0 -= 2.0 * v * arms[j, k, 0] / s0
-            right += 2.0 * v * arms[j, k, m]
-            if b >= 0:
-                p_a, p_b = held[lane, FIRST + 3 * a + k], held[lane, FIRST + 3 * b + k]
-                d_a += 2.0 * v * p_a
-                d_b += 2.0 * v * p_b
-                if a == b:
-                    right += s0 * p_a * p_a + 2.0 * p_a * arms[j, k, 1 + a]
-                else:
-                    right += 2.0 * s0 * p_a * p_b
-                    right += 2.0 * p_a * arms[j, k, 1 + b]
-                    right += 2.0 * p_b * arms[j, k, 1 + a]
-        if b < 0:
-            right += s_a * d0
-        elif a == b:
-            right += s_a * d_a + s_m * d0
-        else:
-            right += s_a * d_b + arms[3, 0, 1 + b] * d_a + s_m * d0
-        for k in range(3):
-            held[lane, place + k] -= inverse[k, j] * right / size
-
-
-@kernel()
-def position_rows(F: Forms, C: LaneArray, held: Any, S: Symbols) -> None:
-    """Write v = p~ - p_c + w to POSITION; w has the bounds in columns 6..11 of the cells."""
+def position_rows(F: Forms, C: LaneArray, S: Symbols) -> None:
+    """Write v = p - p_c, with the bounds in columns 6..11 of the cells, to POSITION."""
     for k in range(3):
         lo, hi = load(C, 0, 6 + 2 * k), load(C, 0, 7 + 2 * k)
         # The very radius that cuts are made by.
         middle, radius = middle_and_radius(lo, hi)
         constant(F, POSITION + k, middle, splat(0.0), S)
         store(F, POSITION + k, 1 + U_SYMBOLS + k, radius)
-        for lane in range(held.shape[0]):
-            for a in range(3):
-                F[POSITION + k, 1 + a, lane] = held[lane, FIRST + 3 * a + k]
-                F[POSITION + k, 7 + a, lane] = held[lane, SECOND + 3 * a + k]
-            for c in range(3):
-                F[POSITION + k, 18 if c == 2 else 13 + c, lane] = held[lane, SECOND + 9 + 3 * c + k]
         close(F, POSITION + k, S)
 
 

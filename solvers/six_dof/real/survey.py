@@ -88,8 +88,6 @@ class Desk(NamedTuple):
     """(3,) u_c."""
     inverse: NDArray[np.float64]
     """(3, 3) of the triple's directions."""
-    monomials: NDArray[np.float64]
-    """(4, 3, 10) coefficients of s R b of the triple's cables, and in [3, 0] of s."""
 
 
 def new_desk(count: int, lanes: int) -> Desk:
@@ -103,7 +101,6 @@ def new_desk(count: int, lanes: int) -> Desk:
         np.zeros((3, 3)),
         np.zeros(3),
         np.zeros((3, 3)),
-        np.zeros((4, 3, 10)),
     )
 
 

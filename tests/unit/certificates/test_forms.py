@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import random
+from dataclasses import replace
 from fractions import Fraction
 from typing import Any
 
@@ -21,12 +22,13 @@ from certificates.arithmetic.vectors import cross, dot
 from certificates.frames import settings
 from certificates.geometry import Rotated
 from certificates.problem import read_problem
+from certificates.roots import System
 from certificates.subsets import Kind
 from certificates.verdicts import NotProved
 from tests.support.made_certificates import platform
 
 SEED = 20261130
-SYMBOLS = 4
+SYMBOLS, DATA = 4, 3
 KINDS = (Floats, Integers)
 PAIRS = [(i, j) for j in range(SYMBOLS) for i in range(j + 1)]
 exactly = np.frompyfunc(lambda x: fmpq(*x.as_integer_ratio()), 1, 1)
@@ -47,18 +49,21 @@ def random_form(kind: type[Form], generator: np.random.Generator, cells: int) ->
     most = 400 if kind is Floats else 3
     n = int(generator.integers(0, SYMBOLS + 1))
     curved = generator.random() < 0.7
-    shapes = [(cells,), (n, cells), (n * (n + 1) // 2 if curved else 0, cells), (cells,)]
-    value, slopes, curves, rest = (kind.numbers(random_doubles(generator, s, most)) for s in shapes)
-    return kind(value, slopes, curves, abs(rest))
+    data = int(generator.integers(0, DATA + 1))
+    shapes = [(cells,), (n, cells), (n * (n + 1) // 2 if curved else 0, cells), (cells,), (data, cells)]
+    value, slopes, curves, rest, drifts = (kind.numbers(random_doubles(generator, s, most)) for s in shapes)
+    return kind(value, slopes, curves, abs(rest), drifts)
 
 
 def at(form: Form, symbols: Any, rest: Any) -> Any:
-    """Return the exact numbers that a form encloses for symbols (SYMBOLS, N), and shares of its rest."""
+    """Return the exact numbers that a form encloses for symbols (7, N) and shares of its rest."""
     found = exactly(form.value) + rest * exactly(form.rest)
     for slope, e in zip(form.slopes, symbols, strict=False):
         found = found + exactly(slope) * e
     for curve, (i, j) in zip(form.curves, PAIRS, strict=False):
         found = found + exactly(curve) * symbols[i] * symbols[j]
+    for drift, e in zip(form.drifts, symbols[SYMBOLS:], strict=False):
+        found = found + exactly(drift) * e
     return found / form.UNIT
 
 
@@ -84,7 +89,7 @@ def require_enclosure(form: Form, symbols: Any, numbers: Any) -> None:
 
 def wide(form: Form, cells: int) -> Form:
     """Return a form with an entry for every cell."""
-    parts = (form.value, form.slopes, form.curves, form.rest)
+    parts = (form.value, form.slopes, form.curves, form.rest, form.drifts)
     return type(form)(*(np.broadcast_to(v, (*v.shape[:-1], cells)) for v in parts))
 
 
@@ -93,7 +98,7 @@ def require_sound_arithmetic(kind: type[Form], rounds: int, cells: int) -> int:
     generator = np.random.default_rng(SEED)
     for _ in range(rounds):
         a, b = (random_form(kind, generator, cells) for _ in range(2))
-        e = exactly(generator.integers(-64, 65, (SYMBOLS, cells)) / 64.0)
+        e = exactly(generator.integers(-64, 65, (SYMBOLS + DATA, cells)) / 64.0)
         x, y = (at(form, e, exactly(generator.integers(-1, 2, cells) * 1.0)) for form in (a, b))
         w = [generator.uniform(-3, 3, cells), generator.choice((0.0, 0.5, 1e-9, 1e9), cells)]
         given = [exactly(kind.numbers(v)) / kind.UNIT for v in w]
@@ -101,9 +106,11 @@ def require_sound_arithmetic(kind: type[Form], rounds: int, cells: int) -> int:
             made = [(a + b, x + y), (a - b, x - y), (-a, -x), (a * b, x * y), (a * a - b * b, x * x - y * y)]
             made += [(a * 3, x * 3), (2 - a, 2 - x), (a * b - b * a, 0 * x)]
             made.append((kind.combine(w, [a, b]), given[0] * x + given[1] * y))
+            lines = [v.upto(1) for v in (a, b)]
+            made.append((lines[0] * lines[1], at(lines[0], e, 0) * at(lines[1], e, 0)))
         for form, numbers in made:
             require_enclosure(form, e, numbers)
-    return rounds * cells * 9
+    return rounds * cells * 10
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -114,7 +121,7 @@ def test_arithmetic_encloses_the_exact_numbers(kind: type[Form]):
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", KINDS)
 def test_arithmetic_encloses_the_exact_numbers_at_length(kind: type[Form]):
-    rounds = 1112 if kind is Floats else 120
+    rounds = 1001 if kind is Floats else 101
     assert require_sound_arithmetic(kind, rounds, 100) > (1_000_000 if kind is Floats else 100_000)
 
 
@@ -218,6 +225,39 @@ def test_newton_encloses_the_zeros_for_all_data():
             newton.zero(lambda x, axes: (column([x[0] ** 2 + 1]), arb_mat([[2 * x[0]]]) * axes), [arb(1)])
         with pytest.raises((NotProved, ZeroDivisionError)):
             newton.zero(lambda x, axes: (column([x[0] ** 2]), arb_mat([[2 * x[0]]]) * axes), [arb(1)])
+
+
+def test_newton_follows_the_data_to_first_order():
+    with ctx.workprec(BITS):
+
+        def circle(x: list[arb], axes: arb_mat) -> tuple[arb_mat, arb_mat]:
+            """Vanish where a circle of square radius 2 + d / 100 meets the diagonal."""
+            values = column([x[0] ** 2 + x[1] ** 2 - 2 - x[2] / 100, x[0] - x[1]])
+            return values, arb_mat([[2 * x[0], 2 * x[1], arb(-1) / 100], [1, -1, 0]]) * axes
+
+        for data in (hull(-1, 1), hull(0, 1), hull(-1, fmpq(-1, 2)), arb(fmpq(1, 3))):
+            found = newton.zero(circle, [arb(3), arb(1)], [data])
+            (product,) = found.image(lambda x: [Jet(x[0], {0: 1}) * Jet(x[1], {1: 1})])
+            assert product.contains((2 + data / 100) / 2) and product.rad() < data.rad() / 200 + 5e-5
+            for d in (data.lower(), data.mid(), data.upper()):
+                root = ((2 + d / 100) / 2).sqrt()
+                assert all(v.overlaps(root) for v in found.entries()[:2])
+
+
+@pytest.mark.parametrize("digits", [2, 59, 60, 70])
+def test_lengths_of_a_range_are_all_looked_at(digits: int):
+    """Also of one that is narrower than balls are."""
+    shortest, longest = fmpq(3), 3 + fmpq(1, 10**digits)
+    question = read_problem(platform(b"", b"", b"", b""))
+    question = replace(question, lengths=[(shortest, longest), *question.lengths[1:]])
+    (setting,) = settings(question, (0, 1, 2), Kind.GENERAL)
+    with ctx.workprec(BITS):
+        exact = setting.cables(question, (0, 1, 2))
+        system = System(setting, exact, exact.mapped, 0)
+        ends = {k: exact.swings[k] * hull(-1, 1) for k in system.ranged}
+        square = exact.ranging(ends).length_square(0)
+        assert square.contains(shortest**2) and square.contains(longest**2)
+        assert system.ranged == [0] and exact.swings[1].is_zero()
 
 
 @pytest.mark.parametrize("kind", KINDS)

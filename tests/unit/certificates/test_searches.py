@@ -23,6 +23,7 @@ from certificates.container import pack
 from certificates.root_claims import check_all_roots
 from certificates.tree import Node
 from certificates.verdicts import NotProved, Verdict
+from solvers import forward_kinematics
 from solvers.answers.result import Result
 from solvers.forward import answer_question, pose_problem
 from solvers.proofs.document import certificate_document
@@ -33,6 +34,7 @@ from solvers.questions.problem import Options, Problem
 from solvers.six_dof.record import Record
 from tests.support import plain_certificate_reader as reader
 from tests.support import point_certificates
+from tests.support.honest_certificates import TURNED, made
 
 LENGTHS = "7.5,8"
 """Of uc2: eight poses, all with both cables taut."""
@@ -388,6 +390,16 @@ def test_a_certificate_holds_for_all_lengths_in_their_ranges_and_no_others(tmp_p
         changed = copy.deepcopy(document)
         changed["lengths_m"][0] = wider
         assert verdict(tmp_path, changed) is Verdict.NOT_PROVED
+
+
+def test_what_is_unstable_for_all_lengths_is_not_stable(tmp_path: Path):
+    document = copy.deepcopy(made("swing, ranges").document)
+    two = next(s for s in document["solutions"] if s["taut"] == [0, 1])
+    truth = [forward_kinematics(TURNED, ["3", length]).solutions for length in ("6.1", "6.1014", "6.1028")]
+    assert {str(s.stability) for found in truth for s in found if s.taut == (0, 1)} == {"unstable"}
+    for word, expected in (("unstable", Verdict.PROVED), ("stable", Verdict.NOT_PROVED)):
+        two["stability"] = word
+        assert verdict(tmp_path, document) is expected
 
 
 @pytest.fixture(scope="module")
