@@ -60,7 +60,7 @@ class System:
         return Rotated(platform, self.chart, u)
 
     def jets(self, x: Sequence[Any]) -> list[Any]:
-        """Return u, x and t with derivatives by the unknowns, given these; other entries are 0."""
+        """Return u, x and t with derivatives by the unknowns, given these, data behind them; others are 0."""
         one = 0 * x[0] + 1
         found = {k: Jet(v, {i: one}) for i, (k, v) in enumerate(zip(self.unknowns, x, strict=False))}
         return [found.get(k, 0 * x[0]) for k in range(TENSION + self.balanced * self.platform.taut)]

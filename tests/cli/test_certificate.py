@@ -253,6 +253,8 @@ def test_what_the_checker_has_no_rule_for_ends_soon(tmp_path, file):
         encoding="utf-8",
     )
     run("fk", robot, "--lengths", "3,4.95..5.05", "-q", "--certificate", file)
+    assert run("check", file).exit_code == 0
+    run("fk", robot, "--lengths", "3,5.55..5.65", "-q", "--certificate", file)
     assert file.stat().st_size < 20_000
     checked = run("check", file)
     assert checked.exit_code == 3

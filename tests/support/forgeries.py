@@ -395,7 +395,7 @@ def havoc(document: Document, generator: random.Random) -> Forgery:
     """Return a document of whose solutions and proofs something was copied, moved or taken at random."""
     found, done = copy.deepcopy(document), []
     for _ in range(generator.choice([1, 1, 2, 3])):
-        places = list(inner_places(found))
+        places = list(inner_places(found, "solutions", "subsets"))
         if not places:
             break
         place, key = generator.choice(places)
@@ -412,9 +412,9 @@ def havoc(document: Document, generator: random.Random) -> Forgery:
     return Forgery("havoc: " + ", ".join(done), found, False)
 
 
-def inner_places(document: Document) -> Iterator[tuple[Any, Any]]:
-    """Yield (list or object, key) of all values in solutions and subsets."""
-    waiting: list[Any] = [document["solutions"], document["subsets"]]
+def inner_places(document: Document, *parts: str) -> Iterator[tuple[Any, Any]]:
+    """Yield (list or object, key) of all values in parts of a document."""
+    waiting: list[Any] = [document[part] for part in parts]
     while waiting:
         value = waiting.pop()
         for key in range(len(value)) if isinstance(value, list) else value:

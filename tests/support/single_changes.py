@@ -11,7 +11,7 @@ import base64
 import copy
 import math
 import random
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from fractions import Fraction
 from typing import Any
 
@@ -24,6 +24,7 @@ from certificates.leaves import Cells, check_cells
 from certificates.root_claims import check_root, require_one_zero_at_most
 from certificates.search import Root, Search
 from certificates.verdicts import Report
+from tests.support.forgeries import inner_places
 from tests.support.honest_certificates import Document
 
 Place = tuple[Any, Any]
@@ -34,22 +35,11 @@ FACTORS = ("1.000001", "0.9", "-1", "2")
 """Of exact numbers."""
 
 
-def places(document: Document) -> Iterator[Place]:
-    """Yield the places of all values that are changed here."""
-    waiting: list[Any] = [document["solutions"], document["subsets"], document["lengths_m"]]
-    while waiting:
-        value = waiting.pop()
-        for key in range(len(value)) if isinstance(value, list) else value:
-            yield value, key
-            if isinstance(value[key], list | dict):
-                waiting.append(value[key])
-
-
 def changed(document: Document, generator: random.Random) -> tuple[str, Document]:
     """Return what was done, and a copy of a document with one change; every kind of change is as likely."""
     found = copy.deepcopy(document)
     by_kind: dict[str, list[Place]] = {}
-    for place, key in places(found):
+    for place, key in inner_places(found, "solutions", "subsets", "lengths_m"):
         by_kind.setdefault(kind_of(place, key), []).append((place, key))
     kind = generator.choice(sorted(by_kind))
     place, key = generator.choice(by_kind[kind])
