@@ -73,7 +73,7 @@ def unbalanced(place: Place, y: Array) -> Array:
         found[left[is_one]] = True
         if is_one.all() or attempt == TRIES - 1:
             break
-        radii = np.einsum("wc,iwc->ic", y, wrenches.values) - (low / place.kind.UNIT).astype(float)
+        radii = np.einsum("wc,iwc->ic", y, wrenches.values) - place.kind.doubles_near(low)
         failing = np.flatnonzero(~is_one)
         left, wrenches = left[failing], wrenches.at(failing)
         y, active = guess.direction(wrenches.values, usable(radii[:, failing]))

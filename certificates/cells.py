@@ -128,7 +128,7 @@ def contained(kind: type[Form], first: Sequence[Array], error: list[list[Array]]
     Then the spectral radius of error is below 1, and z <= first + error z implies z <= v.
     """
     n, flat = len(first), np.broadcast_arrays(*first, *(e for row in error for e in row))
-    found = (np.stack(flat) / kind.UNIT).astype(float)
+    found = kind.doubles_near(np.stack(flat))
     matrix = np.eye(n)[:, :, None] - found[n:].reshape(n, n, -1)
     v = guess.solve(matrix, 1.01 * found[:n, None] + 1e-17)[:, 0]
     is_one = np.all((v > 0.0) & (v < 1e100), axis=0)

@@ -31,8 +31,9 @@ MOST_ROOTS = 1000
 SHORTEST, LONGEST = 1e-6, 1e9
 """Lengths in m between which both arithmetics have digits enough."""
 WRAPPED = 7
-"""Radii by which a rope may be longer than the way from its exit point: less than 7 / 4 pi of them lie on
-the pulley, and where it leaves is within 1 of them of the centre."""
+"""Radii by which a rope may be longer than the straight way to its anchor: at most 7 / 4 pi of them lie on
+the pulley, and what is free is at most 1 of them longer, as the centre is 1 from the exit point; or the rope
+goes round further, and ends beside the exit point after at most 2 pi."""
 Bounds = list[tuple[float, float]]
 
 

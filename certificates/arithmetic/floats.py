@@ -94,6 +94,11 @@ class Floats(Form):
 
     numbers_up = numbers
 
+    @staticmethod
+    def doubles_near(x: Array) -> Array:
+        """They are doubles."""
+        return x
+
     @classmethod
     def between(cls, lo: Array, hi: Array, symbol: int) -> Self:
         """Return the middle, and a radius off by one rounding."""

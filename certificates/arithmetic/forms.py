@@ -80,6 +80,11 @@ class Form(ABC):
     def numbers_up(cls, x: Array) -> Array:
         """Return doubles as this arithmetic's numbers, rounded up."""
 
+    @staticmethod
+    @abstractmethod
+    def doubles_near(x: Array) -> Array:
+        """Return doubles near this arithmetic's numbers, infinite where there are none."""
+
     @classmethod
     @abstractmethod
     def between(cls, lo: Array, hi: Array, symbol: int) -> Self:
@@ -252,11 +257,11 @@ class Form(ABC):
 
     def doubles(self) -> Array:
         """Return doubles near the value."""
-        return (self.value / self.UNIT).astype(float)
+        return self.doubles_near(self.value)
 
     def slope_doubles(self, count: int) -> Array:
         """Return doubles near the slopes by ``count`` symbols, (count, N or 1)."""
-        found = (self.slopes / self.UNIT).astype(float)
+        found = self.doubles_near(self.slopes)
         return together(np.zeros((count, 1)), found) if len(found) < count else found
 
 

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from flint import arb, ctx, fmpq
+from flint import arb, arb_mat, ctx, fmpq
 
 from cdpr_interval import load_robot
 from cdpr_interval.exact import balls
@@ -17,17 +17,21 @@ from cdpr_interval.mechanics.cables.path import Balls
 from cdpr_interval.robots.cable_robot import Robot
 from cdpr_interval.robots.pulley import Pulley
 from certificates import check
-from certificates.arithmetic.balls import BITS
+from certificates.arithmetic.balls import BITS, unit
 from certificates.arithmetic.floats import Floats
 from certificates.arithmetic.forms import Form
 from certificates.arithmetic.integers import Integers
+from certificates.arithmetic.vectors import cross
 from certificates.certificate import Certificate
+from certificates.claims import Pose
 from certificates.container import pack
 from certificates.problem import read_problem
+from certificates.root_claims import is_rejected
 from certificates.routed.views import Lengths, Shells
+from certificates.search import RoutedSearch
 from certificates.stability import rope_to
 from certificates.tree import Node
-from certificates.verdicts import Report, Verdict
+from certificates.verdicts import NotProved, Report, Verdict
 from solvers.forward import answer_question, pose_problem
 from solvers.proofs import routed
 from solvers.proofs.document import certificate_document
@@ -201,6 +205,38 @@ def test_a_subset_without_a_proof_is_refused(partial: Json):
     given = copy.deepcopy(partial)
     given["subsets"] = [{"taut": [0, 1, 2]}]
     assert checked(given).verdict is Verdict.NOT_PROVED
+
+
+def test_a_rope_that_may_lie_beside_its_pulley_rejects_no_root():
+    """Of an angle beyond 7 / 4 pi balls have another turn: such a zero is none, whatever its tensions are."""
+    options = Options()
+    problem = pose_problem(load_robot("grab33"), list(GRAB), "c1,c2,c3", None, options)
+    result = answer_question(problem, options)
+    question = read_problem(certificate_document(problem, options, result, []))
+    with ctx.workprec(BITS), balls.precision():
+        search = RoutedSearch(question, (0, 1, 2), {"order": [0, 1, 2], "roots": [], "trees": [""] * 4}, 0)
+        rotation = arb_mat(3, 3, [int(i == j) for i in range(3) for j in range(3)])
+        k, r = unit(question.pulleys[0].axis), arb(question.pulleys[0].radius)
+        across = unit(cross(k, [arb(1), arb(2), arb(3)]))
+        for x, y, is_known in ((1.0, -3.0, True), (0.02, -0.3, False)):
+            # The anchor of the first cable at (x, y) radii from its exit point; one tension is negative.
+            anchor = [
+                arb(a) + r * (x * u + y * v) for a, u, v in zip(question.exits[0], across, k, strict=True)
+            ]
+            centre = arb_mat(3, 1, anchor) - arb_mat(3, 1, [arb(b) for b in question.points[0]])
+            pose = Pose(rotation, centre, {0: arb(-1), 1: arb(1), 2: arb(1)}, {}, {})
+            if is_known:
+                assert is_rejected(search, pose)
+            else:
+                with pytest.raises(NotProved, match="may run past its pulley"):
+                    is_rejected(search, pose)
+
+
+def test_cells_about_which_nothing_is_known_are_refused_by_integers():
+    """Products of unbounded forms do not fit into doubles."""
+    huge = np.array([1, -1], dtype=object) * 2**3000
+    assert list(Integers.doubles_near(huge)) == [np.inf, -np.inf]
+    assert Integers.doubles_near(huge // 2**2900) == pytest.approx([2.0**40, -(2.0**40)])
 
 
 def test_ways_over_pulleys_are_those_of_the_model():
