@@ -154,6 +154,8 @@ def result_of(ledger: Ledger, number: int) -> dict[str, Any]:
     job = ledger.job(number)
     if job is None:
         raise InputError(f"job {number}: there is none")
+    if job.whole is not None:
+        raise InputError(f"job {number}: is a part of job {job.whole}, which has the result")
     if job.answer is None:
         raise InputError(f"job {number}: {job.status.value}{': ' + job.message if job.message else ''}")
     asked, answer, settings = json.loads(job.input), json.loads(job.answer), ledger.settings()

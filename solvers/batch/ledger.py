@@ -62,6 +62,8 @@ class Recorded:
     started: float | None
     seconds: float | None
     message: str
+    whole: int | None
+    """The job of which it is a part."""
     answer: str | None
 
 

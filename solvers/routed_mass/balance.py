@@ -34,20 +34,8 @@ from cdpr_interval.engine.krawczyk import (
 from cdpr_interval.kernels.box import point
 from cdpr_interval.kernels.interval import add, mid, mul, sub
 from cdpr_interval.kernels.kernel import entry, kernel
-from cdpr_interval.mechanics.cables.ways import (
-    ALONG,
-    BISECTED,
-    CUT,
-    FIXED,
-    FREE,
-    KIND,
-    LENGTH,
-    WAY,
-    WRAP,
-    gradient_over,
-    turning_over,
-    way_over,
-)
+from cdpr_interval.mechanics.cables.rows import ALONG, BISECTED, FIXED, FREE, KIND, LENGTH, WAY, WRAP
+from cdpr_interval.mechanics.cables.ways import CUT, gradient_over, turning_over, way_over
 
 TRIES = Tries(boxes=12, growth=1.2, kept=1.0)
 """Each box tried is larger, so more would only diverge."""

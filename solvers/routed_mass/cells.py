@@ -33,7 +33,7 @@ from cdpr_interval.kernels.box import contains
 from cdpr_interval.kernels.interval import add, div, mid, mig, mul, sqr, sqrt, sub
 from cdpr_interval.kernels.kernel import entry, kernel
 from cdpr_interval.kernels.rounding import down, up
-from cdpr_interval.mechanics.cables.ways import (
+from cdpr_interval.mechanics.cables.rows import (
     ACROSS,
     ALONG,
     ARM,
@@ -48,11 +48,8 @@ from cdpr_interval.mechanics.cables.ways import (
     LENGTH,
     RADIUS,
     WAY,
-    gradient_over,
-    sharpened_length,
-    straight_way,
-    way_over,
 )
+from cdpr_interval.mechanics.cables.ways import gradient_over, sharpened_length, straight_way, way_over
 from solvers.point_mass.cell_rows import box_of, halve, keep, widest
 from solvers.routed_mass.balance import pull
 

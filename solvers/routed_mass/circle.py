@@ -15,7 +15,7 @@ from flint import arb, arb_mat
 from cdpr_interval.exact import balls
 from cdpr_interval.exact.enclosure import Bounds
 from cdpr_interval.exact.vector import Vector
-from cdpr_interval.mechanics.cables.ways import ARM, AXIS, BEFORE, EXIT, KIND, ONE_JOINT, RADIUS, THETA
+from cdpr_interval.mechanics.cables.rows import ARM, AXIS, BEFORE, EXIT, KIND, ONE_JOINT, RADIUS, THETA
 from cdpr_interval.robots.numbers import is_exact_point
 from solvers.answers.data import Family
 from solvers.routed_mass.data import Routed, RoutedMass

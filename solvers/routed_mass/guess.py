@@ -18,8 +18,8 @@ import numpy as np
 from cdpr_interval.kernels.dense import solve_in_place
 from cdpr_interval.kernels.interval import mid
 from cdpr_interval.kernels.kernel import entry, kernel
+from cdpr_interval.mechanics.cables.rows import ARM, BEFORE, EXIT, RADIUS
 from cdpr_interval.mechanics.cables.way_at import way_at
-from cdpr_interval.mechanics.cables.ways import ARM, BEFORE, EXIT, RADIUS
 from solvers.point_mass.guesses.lowest import lowest_point
 
 STIFF = 1e4

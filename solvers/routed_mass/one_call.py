@@ -12,7 +12,7 @@ import numpy as np
 
 from cdpr_interval.kernels.interval import add, div, mul, sqr, sqrt
 from cdpr_interval.kernels.kernel import entry, kernel
-from cdpr_interval.mechanics.cables.ways import LENGTH, WAY
+from cdpr_interval.mechanics.cables.rows import LENGTH, WAY
 from solvers.point_mass.cell_rows import WIDTH
 from solvers.point_mass.fields import OPEN, SLACK, TAUT
 from solvers.point_mass.one_call import DECIDED, UNCLEAR, anywhere

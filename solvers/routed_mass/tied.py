@@ -31,7 +31,8 @@ from cdpr_interval.kernels.interval import add, mag, mid, mul, sqr, sub
 from cdpr_interval.kernels.interval_matrix import POSITIVE, definiteness
 from cdpr_interval.kernels.kernel import entry, kernel
 from cdpr_interval.kernels.rounding import down, up
-from cdpr_interval.mechanics.cables.ways import ALONG, BISECTED, FREE, KIND, LENGTH, WAY, turning_over
+from cdpr_interval.mechanics.cables.rows import ALONG, BISECTED, FREE, KIND, LENGTH, WAY
+from cdpr_interval.mechanics.cables.ways import turning_over
 from solvers.routed_mass.balance import bend, off_pulleys, pull, smooth, survey
 from solvers.routed_mass.cells import all_beyond, balance_across_pairs, bounded_by_load
 from solvers.routed_mass.guess import VIOLATED

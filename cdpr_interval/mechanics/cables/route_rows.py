@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from cdpr_interval.exact import balls
 from cdpr_interval.exact.range import Range, as_range, difference
 from cdpr_interval.exact.vector import Vector
-from cdpr_interval.mechanics.cables.ways import (
+from cdpr_interval.mechanics.cables.rows import (
     ARM,
     AXIS,
     BALANCED,

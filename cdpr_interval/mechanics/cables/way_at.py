@@ -1,6 +1,6 @@
 """The way of a cable to a point in plain floats, compiled: for guesses that are proved elsewhere.
 
-Arrays: ``route`` (ROUTE, 2) as `cdpr_interval.mechanics.cables.ways` has it, of which the middles count;
+Arrays: ``route`` (ROUTE, 2) as `cdpr_interval.mechanics.cables.rows` has it, of which the middles count;
 ``x`` (3,) the anchor; ``a`` (3,) its direction, written; ``turning`` (3, 3) da/dX, written; ``n`` (2,) and
 ``m`` (2,) the normals where the legs that leave and arrive touch the pulley; ``u`` (3,) and ``k`` (3,) the
 axes of the plane.
@@ -14,7 +14,8 @@ from typing import Any
 import numpy as np
 
 from cdpr_interval.kernels.kernel import entry, kernel
-from cdpr_interval.mechanics.cables.ways import (
+from cdpr_interval.mechanics.cables.arms import STEPS
+from cdpr_interval.mechanics.cables.rows import (
     ARM,
     AXIS,
     BALANCED,
@@ -27,7 +28,6 @@ from cdpr_interval.mechanics.cables.ways import (
     ONE_JOINT,
     RADIUS,
     SNUG,
-    STEPS,
     THETA,
 )
 

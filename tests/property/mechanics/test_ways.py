@@ -18,6 +18,7 @@ from cdpr_interval.exact.vector import Vector
 from cdpr_interval.mechanics.cables import ways as compiled
 from cdpr_interval.mechanics.cables.path import Balls, OffTheCable
 from cdpr_interval.mechanics.cables.route_rows import route_rows
+from cdpr_interval.mechanics.cables.rows import ROUTE, SNUG
 from cdpr_interval.mechanics.cables.way_at import way_at
 from cdpr_interval.robots.pulley import BISECTOR, EXACT, Pulley
 from tests.support.kernel_callers import Callers
@@ -230,7 +231,7 @@ def test_rows_of_ranges_hold_the_rows_of_their_numbers() -> None:
         wide = route_rows(robot_of(pulley, point), (F(1), F(2), F(3)), F(1, 4))[0]
         narrow = route_rows(robot_of(sample(pulley, rng), point), (F(1), F(2), F(3)), F(1, 4))[0]
         # A range may hold arms as long as the radius and others.
-        rows = [i for i in range(ways.ROUTE) if i != ways.SNUG]
+        rows = [i for i in range(ROUTE) if i != SNUG]
         assert (wide[rows, 0] <= narrow[rows, 1]).all() and (narrow[rows, 0] <= wide[rows, 1]).all(), pulley
         assert np.isfinite(wide).all()
 

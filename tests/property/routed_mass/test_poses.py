@@ -10,7 +10,7 @@ import pytest
 
 from cdpr_interval.engine.budget import Budget
 from cdpr_interval.exact.range import Range
-from cdpr_interval.mechanics.cables.ways import ACROSS, ALONG, LENGTH, WAY
+from cdpr_interval.mechanics.cables.rows import ACROSS, ALONG, LENGTH, WAY
 from cdpr_interval.mechanics.loaded import loaded
 from cdpr_interval.mechanics.stability import Stability
 from cdpr_interval.robots.cable_robot import Elasticity

@@ -357,6 +357,11 @@ def test_a_split_job_is_put_together(tmp_path):
         first, second = ledger.recorded()
         assert [len(ledger.parts(job.number)) for job in (first, second)] == [6, 6]
         found = result_of(ledger, first.number)
+        part = ledger.parts(second.number)[0].number
+        with pytest.raises(
+            InputError, match=f"job {part}: is a part of job {second.number}, which has the result"
+        ):
+            result_of(ledger, part)
     wanted = forward_kinematics(load_robot("uc3"), ["7.5", "8", "7"]).to_dict()
     assert found["outcome"] == "complete" and len(found["solutions"]) == len(wanted["solutions"]) == 15
     for one, other in zip(found["solutions"], wanted["solutions"], strict=True):
