@@ -11,9 +11,10 @@ from collections.abc import Sequence
 import numpy as np
 
 from certificates.arithmetic import guess
-from certificates.arithmetic.forms import Array, Vector
+from certificates.arithmetic.forms import Array, Vector, stacked
+from certificates.arithmetic.guess import usable
 from certificates.arithmetic.vectors import dot
-from certificates.cells import Place, slopes, stacked, usable
+from certificates.cells import Place, slopes
 
 TRIES = 3
 """Directions y tried on a cell: the one given, then such as suit the forms' radii."""
@@ -72,7 +73,7 @@ def unbalanced(place: Place, y: Array) -> Array:
         found[left[is_one]] = True
         if is_one.all() or attempt == TRIES - 1:
             break
-        radii = np.einsum("wc,iwc->ic", y, wrenches.values) - (low / place.kind.UNIT).astype(float)
+        radii = np.einsum("wc,iwc->ic", y, wrenches.values) - place.kind.doubles_near(low)
         failing = np.flatnonzero(~is_one)
         left, wrenches = left[failing], wrenches.at(failing)
         y, active = guess.direction(wrenches.values, usable(radii[:, failing]))

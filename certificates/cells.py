@@ -13,7 +13,8 @@ from copy import copy
 import numpy as np
 
 from certificates.arithmetic import guess
-from certificates.arithmetic.forms import ALONG, Array, Form, Vector
+from certificates.arithmetic.forms import ALONG, Array, Form, Vector, stacked
+from certificates.arithmetic.guess import usable
 from certificates.arithmetic.vectors import cross, dot
 from certificates.geometry import Rotated
 
@@ -60,11 +61,6 @@ def near_branch(rotated: Rotated, lines: Lines, side: int) -> Vector:
         wrong = [sphere, dot(d2, x) - k2, dot(d3, x) - k3]
         x = [v - kind.combine(row, wrong).upto(degree) for v, row in zip(x, inverse, strict=True)]
     return [v.upto(2) for v in x]
-
-
-def usable(guesses: Array) -> Array:
-    """Return guesses, 0 where there are none."""
-    return np.where(np.isfinite(guesses), guesses, 0.0)
 
 
 def on_branch(rotated: Rotated, side: int) -> tuple[Vector, Array]:
@@ -132,7 +128,7 @@ def contained(kind: type[Form], first: Sequence[Array], error: list[list[Array]]
     Then the spectral radius of error is below 1, and z <= first + error z implies z <= v.
     """
     n, flat = len(first), np.broadcast_arrays(*first, *(e for row in error for e in row))
-    found = (np.stack(flat) / kind.UNIT).astype(float)
+    found = kind.doubles_near(np.stack(flat))
     matrix = np.eye(n)[:, :, None] - found[n:].reshape(n, n, -1)
     v = guess.solve(matrix, 1.01 * found[:n, None] + 1e-17)[:, 0]
     is_one = np.all((v > 0.0) & (v < 1e100), axis=0)
@@ -164,8 +160,7 @@ class Place:
         self.rotated, self.x, self.kind = rotated, x, type(rotated.s)
         self.count = ALONG + 1 if on_branch else 6
         """Symbols: u, then the distance along the normal of the centres from a guess, or x."""
-        # On a branch the second and third length only say again how the position follows u.
-        self.equations = rotated.lengths(x, rotated.lines[2 if on_branch else 0 :])
+        self.equations = rotated.equations(x, on_branch)
         self.slopes = slopes(self.equations, self.count)
         """(equations, symbols, N)."""
         self.columns = guess.pivots(self.slopes)
@@ -224,8 +219,3 @@ class Place:
 def slopes(forms: Sequence[Form], count: int) -> Array:
     """Return doubles near the slopes of forms by ``count`` symbols, (forms, symbols, N)."""
     return stacked([f.slope_doubles(count) for f in forms])
-
-
-def stacked(arrays: Sequence[Array]) -> Array:
-    """Return arrays as one, each with an entry for every cell."""
-    return np.stack(np.broadcast_arrays(*arrays))

@@ -10,7 +10,7 @@ from flint import arb, arb_mat, ctx
 from certificates.arithmetic.balls import BITS, Vector, all_inside, column, hull, inside, minus, norm
 from certificates.arithmetic.vectors import dot
 from certificates.problem import Listed, Problem
-from certificates.stability import check_stability
+from certificates.stability import check_stability, follows, rope_to, variation_of_ropes
 from certificates.verdicts import NotProved
 
 
@@ -63,10 +63,10 @@ def check_pose(
         claimed(all_inside(origin.entries(), listed.position), "position")
         height = -dot(pose.centre.entries(), problem.gravity) / norm(problem.gravity)
         claimed(inside(height, listed.height), "height")
-        spokes = [spoke(problem, pose, i) for i in range(len(problem.names))]
-        distances = [pose.distances.get(i, norm(e)) for i, (_, e) in enumerate(spokes)]
+        distances = [distance_of(problem, pose, i) for i in range(len(problem.names))]
         for i, distance in enumerate(distances):
-            check_cable(problem, listed, i, pose if i in subset else None, distance)
+            tension = tension_of(problem, pose, i) if i in subset else None
+            check_cable(problem, listed, i, tension, distance)
         taut = tuple(i for i, state in enumerate(listed.states) if state == "taut")
         claimed(listed.taut == taut, "other taut cables than states")
         if not motions:
@@ -74,32 +74,71 @@ def check_pose(
             near = all(distances[i] < problem.lengths[i][0] for i in others)
             far = any(distances[i] > problem.lengths[i][1] for i in others)
             check_respected(problem, listed, near=near, far=far)
-        # Where all carry along the way from the middle, no free motion becomes stable or unstable on it.
-        holds = problem.ignore_tension_sign or all(pose.densities[i] > 0 for i in subset)
-        at = pose.middle if pose.middle is not None and holds else pose
-        chosen = [(*spoke(problem, at, i), at.densities[i]) for i in subset]
-        claimed(check_stability(problem, listed, chosen, motions), f"stability {listed.stability}")
+        if problem.is_routed:
+            stable = is_routed_stability(problem, listed, subset, pose)
+        else:
+            # Where all carry along the way from the middle, no free motion becomes stable or unstable on it.
+            holds = problem.ignore_tension_sign or all(pose.densities[i] > 0 for i in subset)
+            at = pose.middle if pose.middle is not None and holds else pose
+            chosen = [(*spoke(problem, at, i), at.densities[i]) for i in subset]
+            stable = check_stability(problem, listed, chosen, motions)
+        claimed(stable, f"stability {listed.stability}")
 
 
-def check_cable(problem: Problem, listed: Listed, i: int, pose: Pose | None, distance: arb) -> None:
-    """Check state, tension and distance of a cable; ``pose`` None: it is not in the subset."""
+def distance_of(problem: Problem, pose: Pose, i: int) -> arb:
+    """Enclose the length of a cable's way to its platform point."""
+    return pose.distances[i] if i in pose.distances else path_length(problem, pose, i)
+
+
+def path_length(problem: Problem, pose: Pose, i: int) -> arb:
+    """Enclose the length of a cable from where it starts to its anchor."""
+    if problem.is_routed:
+        return rope_to(problem, i, anchor(problem, pose, i)).length
+    return norm(spoke(problem, pose, i)[1])
+
+
+def tension_of(problem: Problem, pose: Pose, i: int) -> arb:
+    """Enclose the tension of a cable of the subset."""
+    if i in pose.tensions:
+        return pose.tensions[i]
+    t = pose.densities[i]
+    if problem.is_routed:
+        return t * rope_to(problem, i, anchor(problem, pose, i)).free
+    # Its length is its distance: a ball would be slightly wider than its range.
+    is_elastic = problem.stiffness[i] is not None
+    return t * (path_length(problem, pose, i) if is_elastic else hull(*problem.lengths[i]))
+
+
+def anchor(problem: Problem, pose: Pose, i: int) -> Vector:
+    """Enclose where a cable ends."""
+    return list((pose.centre + pose.rotation * column(problem.points[i])).entries())
+
+
+def is_routed_stability(problem: Problem, listed: Listed, subset: Sequence[int], pose: Pose) -> bool:
+    """Return True when what is said about stability of cables over pulleys follows."""
+    if listed.stability == "undecided":
+        return True
+    cables = {i: (spoke(problem, pose, i)[0], anchor(problem, pose, i), pose.densities[i]) for i in subset}
+    all_hold = all(t > 0 for _, _, t in cables.values())
+    return follows(listed, *variation_of_ropes(problem, cables), (), all_hold)
+
+
+def check_cable(problem: Problem, listed: Listed, i: int, tension: arb | None, distance: arb) -> None:
+    """Check state, tension and distance of a cable; ``tension`` None: it is not in the subset."""
     state, name, (lo, hi) = listed.states[i], problem.names[i], problem.lengths[i]
-    density = None if pose is None else pose.densities[i]
     low, high = listed.distances[i]
-    if pose is None or density is None or problem.stiffness[i] is not None:
+    if tension is None or problem.stiffness[i] is not None:
         claimed(inside(distance, listed.distances[i]), f"distance of {name}")
-        tension = 0 if density is None else density * distance
     else:
-        # Its length is its distance: a ball would be slightly wider than its range.
         claimed(arb(low) <= lo and arb(high) >= hi, f"distance of {name}")
-        tension = pose.tensions.get(i, density * hull(lo, hi))
-    claimed(state == "undecided" or inside(arb(tension), listed.tensions[i]), f"tension of {name}")
+    pull = arb(0) if tension is None else tension
+    claimed(state == "undecided" or inside(pull, listed.tensions[i]), f"tension of {name}")
     if state == "taut":
-        claimed(density is not None and (problem.ignore_tension_sign or density > 0), f"{name} taut")
+        claimed(tension is not None and (problem.ignore_tension_sign or tension > 0), f"{name} taut")
     elif state == "slack":
-        claimed(density is None and (problem.ignore_slack or distance < lo), f"{name} slack")
+        claimed(tension is None and (problem.ignore_slack or distance < lo), f"{name} slack")
     else:
-        refuted = distance > hi and not problem.ignore_slack if density is None else density < 0
+        refuted = distance > hi and not problem.ignore_slack if tension is None else tension < 0
         claimed(state == "undecided" and (problem.ignore_tension_sign or not refuted), f"{name} {state}")
 
 

@@ -21,12 +21,9 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
-import numpy as np
-
+from certificates.arithmetic.rotations import scaled_rotation
 from certificates.arithmetic.vectors import cross, dot, minus
 
-HALF_TURNS = ((1, 1, 1), (1, -1, -1), (-1, 1, -1), (-1, -1, 1))
-"""Diagonals of D_c."""
 Vector = list[Any]
 
 
@@ -87,16 +84,7 @@ class Rotated:
 
     def __init__(self, platform: Platform, chart: Any, u: Sequence[Any]) -> None:
         self.platform = platform
-        x, y, z = u
-        xx, yy, zz, yz, zx, xy = x * x, y * y, z * z, y * z, z * x, x * y
-        self.s = xx + yy + zz + 1
-        rows = [
-            [1 + xx - yy - zz, 2 * (xy - z), 2 * (zx + y)],
-            [2 * (xy + z), 1 - xx + yy - zz, 2 * (yz - x)],
-            [2 * (zx - y), 2 * (yz + x), 1 - xx - yy + zz],
-        ]
-        signs = HALF_TURNS[chart] if isinstance(chart, int) else np.array(HALF_TURNS)[chart].T
-        self.rotation = [[v * c for c, v in zip(signs, row, strict=True)] for row in rows]
+        self.s, self.rotation = scaled_rotation(chart, u)
         self.found: dict[int, tuple[Vector, Vector, Any]] = {}
 
     def turn(self, b: Vector) -> Vector:
@@ -129,6 +117,13 @@ class Rotated:
     def lengths(self, x: Vector, lines: Sequence[tuple[Vector, Any]]) -> Vector:
         """Return numbers that are 0 where the first cable and others have their lengths."""
         return [dot(x, x) - self.platform.square, *(dot(d, x) - k for d, k in lines)]
+
+    def equations(self, x: Vector, on_branch: bool) -> Vector:
+        """Return numbers that are 0 at all poses.
+
+        On a branch the second and third length only say again how the position follows u.
+        """
+        return self.lengths(x, self.lines[2 if on_branch else 0 :])
 
     def spheres(self, x: Vector) -> Vector:
         """Return |x|^2 - l_1^2 and s (|e_i|^2 - l_i^2) of the other taut cables: one length in each."""

@@ -151,15 +151,29 @@ def bisected(search: Search, cells: Cells, kind: type[Form]) -> tuple[Array, int
 @np.errstate(all="ignore")
 def confirmed(search: Search, cells: Cells, kind: type[Form]) -> Array:
     """Return of which cells is proved what their leaves say; what overflows is no proof."""
+    if len(cells.bounds) == 6:
+        return in_some_view(search, cells, kind)
     entries: Vector = [kind.between(lo, hi, k) for k, (lo, hi) in enumerate(cells.bounds)]
-    rotated = Rotated(search.over(kind), cells.chart, entries[:3])
-    if len(entries) == 6:
-        return holds(search, cells, rotated, entries[3:])
+    rotated = Rotated(search.over(kind), cells.chart, entries)
     if cells.node is Node.NO_POSITION:
         return no_position(rotated)
     found = np.ones(len(cells), dtype=bool)
     for side in (cells.side,) if cells.side else (1, -1):
         found &= on_side(search, cells, rotated, side)
+    return found
+
+
+def in_some_view(search: Search, cells: Cells, kind: type[Form]) -> Array:
+    """Return of which cells in (u, x) is proved what their leaves say, by one set of equations or another."""
+    found = np.zeros(len(cells), dtype=bool)
+    for view in search.views:
+        left = np.flatnonzero(~found)
+        if not len(left):
+            break
+        some = cells.at(left)
+        entries: Vector = [kind.between(lo, hi, k) for k, (lo, hi) in enumerate(some.bounds)]
+        rotated = view(search.over(kind), some.chart, entries[:3])
+        found[left] = holds(search, some, rotated, entries[3:])
     return found
 
 

@@ -30,6 +30,17 @@ SHOWN = 100
 
 
 @dataclass(frozen=True)
+class Pulley:
+    """A pulley on one joint, whose arm is its radius."""
+
+    radius: fmpq
+    axis: Exact
+    """The rope's direction as it arrives, of any length but zero."""
+    before: fmpq
+    """Of the rope, from where it starts to the exit point, which lies on the axis."""
+
+
+@dataclass(frozen=True)
 class Problem:
     """A robot, its lengths and the question: all numbers exact."""
 
@@ -45,6 +56,13 @@ class Problem:
     taut: tuple[int, ...] | None
     ignore_slack: bool
     ignore_tension_sign: bool
+    pulleys: tuple[Pulley | None, ...] = ()
+    """One for each cable; none where there is no pulley at all."""
+
+    @property
+    def is_routed(self) -> bool:
+        """True for a platform with a cable over a pulley."""
+        return bool(self.pulleys)
 
     @property
     def is_point_mass(self) -> bool:
@@ -103,7 +121,8 @@ def read_problem(document: Any) -> Problem:
     needed(1 <= len(cables) <= MOST_CABLES, f"1 to {MOST_CABLES} cables are needed")
     mass, centre = exact(robot["mass_kg"]), exacts(robot["centre_of_mass_m"], 3)
     gravity, force = exacts(robot["gravity_m_s2"], 3), exacts(found["external_force_N"], 3)
-    names, exits, points, stiffness = zip(*(read_cable(cable, centre) for cable in cables), strict=True)
+    found_cables = (read_cable(cable, centre) for cable in cables)
+    names, exits, points, stiffness, pulleys = zip(*found_cables, strict=True)
     question = entry_of(found["question"], "question", ("taut", "ignore_slack", "ignore_tension_sign"))
     lengths = [exacts(v, 2) for v in list_of(found["lengths_m"], "lengths_m", len(cables))]
     problem = Problem(
@@ -119,6 +138,7 @@ def read_problem(document: Any) -> Problem:
         taut=None if question["taut"] is None else read_taut(question["taut"], len(cables)),
         ignore_slack=choice_of(question["ignore_slack"], "ignore_slack"),
         ignore_tension_sign=choice_of(question["ignore_tension_sign"], "ignore_tension_sign"),
+        pulleys=pulleys if any(pulleys) else (),
     )
     needed(len(set(names)) == len(names), "two cables have one name")
     needed(all(0 < lo <= hi for lo, hi in problem.lengths), "a length is not positive, or its range is empty")
@@ -126,11 +146,22 @@ def read_problem(document: Any) -> Problem:
     elastic = [entry is not None for entry in stiffness]
     needed(all(elastic) or not any(elastic), "elastic and inextensible cables in one robot")
     needed(problem.is_point_mass or not problem.is_elastic, "elastic cables of a platform")
+    needed(not (problem.is_point_mass and problem.pulleys), "pulleys of a point mass")
+    if problem.is_routed:
+        require_routed(problem)
     most = 6 if not problem.is_point_mass else len(names) if problem.is_elastic else 3
     needed(problem.taut is None or len(problem.taut) <= most, "too many taut cables are asked for")
     legs = not problem.is_point_mass and problem.taut is not None and len(problem.taut) == 6
     needed(legs or not problem.ignore_tension_sign, "tensions of any sign need six taut cables of a platform")
     return problem
+
+
+def require_routed(problem: Problem) -> None:
+    """Refuse what this format does not say of cables over pulleys."""
+    needed(all(lo == hi for lo, hi in problem.lengths), "ranges of lengths over pulleys")
+    needed(not problem.ignore_tension_sign, "cables over pulleys that push")
+    long = (p is None or hi > p.before for (_, hi), p in zip(problem.lengths, problem.pulleys, strict=False))
+    needed(all(long), "a cable ends before its pulley")
 
 
 def described(document: dict[str, Any], problem: Problem) -> tuple[str, ...]:
@@ -153,16 +184,31 @@ def quoted(text: str) -> str:
     return json.dumps(text[:SHOWN]) + ("..." if len(text) > SHOWN else "")
 
 
-def read_cable(value: Any, centre: Exact) -> tuple[str, Exact, Exact, tuple[fmpq, bool] | None]:
-    """Return name, exit point, platform point from the centre of mass, and stiffness (axial or not)."""
+def read_cable(
+    value: Any, centre: Exact
+) -> tuple[str, Exact, Exact, tuple[fmpq, bool] | None, Pulley | None]:
+    """Return name, exit point, platform point from the centre of mass, stiffness (axial or not), pulley."""
     given = [key for key in ELASTIC if isinstance(value, dict) and key in value][:1]
-    found = entry_of(value, "cable", ("name", "frame_anchor_m", "platform_anchor_m", *given))
+    more = ["pulley"] if isinstance(value, dict) and "pulley" in value else []
+    found = entry_of(value, "cable", ("name", "frame_anchor_m", "platform_anchor_m", *given, *more))
     spring = (exact(found[given[0]]), given[0] == ELASTIC[1]) if given else None
     needed(spring is None or spring[0] > 0, "a stiffness is not positive")
     point = [b - c for b, c in zip(exacts(found["platform_anchor_m"], 3), centre, strict=True)]
     name = text_of(found["name"], "name")
     needed(CABLE_NAME.fullmatch(name) is not None, f"{quoted(name)} is no name of a cable")
-    return name, exacts(found["frame_anchor_m"], 3), point, spring
+    pulley = read_pulley(found["pulley"]) if more else None
+    return name, exacts(found["frame_anchor_m"], 3), point, spring, pulley
+
+
+def read_pulley(value: Any) -> Pulley:
+    """Return a pulley."""
+    radius, axis, before = entry_of(value, "pulley", ("radius_m", "axis", "lead_in_m")).values()
+    pulley = Pulley(exact(radius), exacts(axis, 3), exact(before))
+    needed(
+        pulley.radius > 0 and pulley.before >= 0, "a pulley's radius is not positive, or its lead-in negative"
+    )
+    needed(any(x != 0 for x in pulley.axis), "a pulley's axis has no direction")
+    return pulley
 
 
 def read_taut(value: Any, count: int, least: int = 1) -> tuple[int, ...]:

@@ -12,7 +12,7 @@ from flint import arb, arb_mat
 from certificates.arithmetic.balls import column, hull, unit
 from certificates.arithmetic.floats import Floats
 from certificates.arithmetic.jets import Jet
-from certificates.claims import Pose, check_pose
+from certificates.claims import Pose, check_pose, distance_of, path_length
 from certificates.clock import in_time
 from certificates.problem import Listed
 from certificates.roots import System
@@ -169,17 +169,24 @@ def pose_in(search: Search, system: System, root: Root, data: Sequence[arb]) -> 
         rotation,
         centre,
         dict(zip(search.order, densities, strict=True)),
-        dict(zip(search.order, tensions, strict=True)),
-        dict(zip(others, distances, strict=True)),
+        dict(zip(search.order, tensions, strict=False)),
+        dict(zip(others, distances, strict=False)),
     )
 
 
 def is_rejected(search: Search, pose: Pose) -> bool:
     """Return True for a pose proved not to be static: a cable would push, or another one is too long."""
     problem = search.problem
+    for i in search.order if problem.is_routed else ():
+        # Where a rope is not proved to lie on its pulley, the zero may be one of another turn of its angle.
+        path_length(problem, pose, i)
     if not problem.ignore_tension_sign and any(t < 0 for t in pose.densities.values()):
         return True
-    return any(pose.distances[i] > hi for i, (_, hi) in enumerate(problem.lengths) if search.may_be_slack(i))
+    return any(
+        distance_of(problem, pose, i) > hi
+        for i, (_, hi) in enumerate(problem.lengths)
+        if search.may_be_slack(i)
+    )
 
 
 def check_alone(search: Search, root: Root, listed: Listed) -> None:

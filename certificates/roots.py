@@ -1,7 +1,8 @@
 """Roots: boxes of poses that hold exactly one zero of a subset's equations, and tight bounds of that zero.
 
 The unknowns are the free entries of u, x and the tensions t over the lengths; the equations are lengths and
-balance. For six taut cables the lengths alone fix the pose, and t follows.
+balance. For six taut cables the lengths alone fix the pose, and t follows. Cables over
+pulleys have p in place of x, and the densities of all taut cables among the unknowns.
 """
 
 from __future__ import annotations
@@ -16,14 +17,16 @@ from certificates import newton
 from certificates.arithmetic import guess
 from certificates.arithmetic.balls import column
 from certificates.arithmetic.floats import Floats
-from certificates.arithmetic.forms import PLACE, TENSION, TURN, Array, Form, Vector
+from certificates.arithmetic.forms import PLACE, TENSION, TURN, Array, Form, Vector, stacked
+from certificates.arithmetic.guess import usable
 from certificates.arithmetic.integers import Integers
 from certificates.arithmetic.jets import Jet
 from certificates.arithmetic.vectors import dot, minus
-from certificates.cells import contained, deviation, doubles, stacked, usable
+from certificates.cells import contained, deviation, doubles
 from certificates.frames import Setting
 from certificates.geometry import Platform, Rotated
 from certificates.newton import Zero
+from certificates.routed.ropes import Posed, Ropes
 from certificates.verdicts import NotProved
 
 
@@ -51,6 +54,10 @@ class System:
         Not where a symmetry leaves equations out.
         """
         return bool(self.ranged) and self.balanced and not (self.setting.planar or self.setting.family)
+
+    def rotated(self, platform: Any, u: Sequence[Any]) -> Any:
+        """Return the platform turned."""
+        return Rotated(platform, self.chart, u)
 
     def jets(self, x: Sequence[Any]) -> list[Any]:
         """Return u, x and t with derivatives by the unknowns, given these, data behind them; others are 0."""
@@ -90,7 +97,7 @@ class System:
         W: t - t_0 = -L (W t_0 + w_0) - (L W - I)(t - t_0).
         """
         kind = type(box[0])
-        *wrenches, load = Rotated(self.over(kind), self.chart, box[:3]).wrenches(box[3:])
+        *wrenches, load = self.rotated(self.over(kind), box[:3]).wrenches(box[3:])
         columns = stacked([stacked([v.doubles() for v in w]) for w in [*wrenches, load]])
         columns, right = columns[:-1], columns[-1]
         L = usable(guess.solve(guess.gram(columns, np.ones((len(columns), right.shape[-1]), bool)), columns))
@@ -177,6 +184,55 @@ class System:
         """Return the way of a cable from its platform point to its exit point."""
         p = self.platform
         return [a - dot(row, p.points[i]) - v for a, row, v in zip(p.exits[i], rotation, x, strict=True)]
+
+
+class RoutedSystem(System):
+    """The equations of one search in one chart, or in charts, one a cell."""
+
+    def __init__(
+        self,
+        setting: Setting,
+        platform: Any,
+        over: Callable[[type[Form]], Any],
+        chart: Any,
+        first_exit: Sequence[Any],
+    ) -> None:
+        super().__init__(setting, platform, over, chart)
+        self.first_exit, self.balanced = first_exit, True
+        self.unknowns = list(range(TENSION + platform.taut))
+
+    def rotated(self, platform: Any, u: Sequence[Any]) -> Posed:
+        """Return the platform turned."""
+        return Posed(platform, self.chart, u)
+
+    def equations(self, platform: Any, x: Sequence[Any], apart: bool) -> list[Jet]:
+        """Return numbers that are 0 where lengths and balance hold."""
+        z = self.jets(x)
+        posed, t = self.rotated(platform, z[:3]), z[TENSION:]
+        found = [self.length(platform, posed, i, z[3:6]) for i in range(platform.taut)]
+        *wrenches, load = posed.wrenches(z[3:6])
+        return [*found, *(load[k] + dot(t, [w[k] for w in wrenches]) for k in range(6))]
+
+    def length(self, ropes: Ropes, posed: Posed, i: int, p: Sequence[Any]) -> Any:
+        """Return a number that is 0 where a taut cable has its length."""
+        rope = posed.rope(i, list(p))
+        if ropes.axes[i]:
+            return rope.length - ropes.lengths[i]
+        straight = ropes.lengths[i] - ropes.before[i]
+        return rope.square - straight * straight
+
+    def pose(self, zero: Zero) -> tuple[arb_mat, arb_mat, list[arb], list[arb], list[arb]]:
+        """Enclose the same, but no tensions and distances: they follow from where the anchors are."""
+
+        def entries(x: list[arb]) -> list[Jet]:
+            z = self.jets(x)
+            rotated = self.rotated(self.platform, z[:3])
+            inverse = rotated.s.inverse()
+            return [*(v * inverse for row in rotated.rotation for v in row), *z[3:]]
+
+        found = zero.image(entries)
+        way = minus(found[9:12], [arb(v) for v in self.first_exit])
+        return arb_mat(3, 3, found[:9]), column(way), found[12:], [], []
 
 
 def as_jet(x: Any) -> Jet:

@@ -11,7 +11,7 @@ from certificates.frames import settings
 from certificates.leaves import Cells, check_cells
 from certificates.literals import list_of
 from certificates.problem import Listed, Problem
-from certificates.search import Search
+from certificates.search import RoutedSearch, Search
 from certificates.subsets import Kind
 from certificates.tree import Leaf, Node
 
@@ -31,6 +31,10 @@ class SubsetSearches:
     def __init__(
         self, problem: Problem, taut: tuple[int, ...], kind: Kind, entry: Any, solutions: list[Listed]
     ) -> None:
+        if problem.is_routed:
+            (given,) = list_of(entry, "searches", 1)
+            self.searches: list[Search] = [RoutedSearch(problem, taut, given, len(solutions))]
+            return
         frames = settings(problem, taut, kind)
         given = list_of(entry, "searches", len(frames))
         self.searches = [Search(problem, s, e, len(solutions)) for s, e in zip(frames, given, strict=True)]

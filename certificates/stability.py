@@ -10,12 +10,17 @@ is looked at on the motions that keep the lengths: (e, r x e) . x = 0 for all ca
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 from flint import arb, arb_mat
 
-from certificates.arithmetic.balls import Vector, column
+from certificates.arithmetic.balls import Vector, column, unit
+from certificates.arithmetic.jets import Jet
+from certificates.arithmetic.series import inverse_root
 from certificates.arithmetic.vectors import cross, dot
 from certificates.problem import Listed, Problem
+from certificates.routed.ropes import Rope, over_pulley
+from certificates.verdicts import NotProved
 
 Cable = tuple[Vector, Vector, arb]
 """r, e, t."""
@@ -35,10 +40,19 @@ def check_stability(
     # Without a tension proved positive a cable may let go: it holds no motion back.
     holding = [(r, e) for r, e, t in cables if t > 0 or problem.ignore_tension_sign]
     rows = [[*e, *cross(r, e)] for r, e in holding]
+    return (bool(rows) or listed.stability != "stable") and follows(
+        listed, form, rows, motions, len(rows) == len(cables)
+    )
+
+
+def follows(
+    listed: Listed, form: arb_mat, rows: Sequence[Vector], motions: Sequence[Vector], all_hold: bool
+) -> bool:
+    """Return True when what is said about stability follows from the form on what the rows leave free."""
     if listed.stability == "stable":
-        return bool(rows) and is_stable(form, arb_mat([*rows, *motions]))
-    decided = len(rows) == len(cables) and "undecided" not in listed.states
-    return listed.stability == "unstable" and decided and falls(form, arb_mat(rows))
+        return is_stable(form, [*rows, *motions])
+    decided = all_hold and "undecided" not in listed.states
+    return listed.stability == "unstable" and decided and falls(form, rows)
 
 
 def second_variation(cables: Sequence[Cable]) -> arb_mat:
@@ -56,9 +70,11 @@ def polar(x: Vector, y: Vector, cable: Cable) -> arb:
     return t * (dot(dx, dy) - twice / 2)
 
 
-def weighted(form: arb_mat, rows: arb_mat, power: int) -> arb_mat:
+def weighted(form: arb_mat, rows: Sequence[Vector], power: int) -> arb_mat:
     """Return form + rho rows^T rows for an exact rho > 0."""
-    gram = rows.transpose() * rows
+    if not rows:
+        return form
+    gram = arb_mat(rows).transpose() * arb_mat(rows)
     rho = (sum((abs(form[i, i]) for i in range(6)), arb(1)) / gram.trace()).mid() * 2**power
     return form + gram * rho if rho > 0 else form
 
@@ -68,7 +84,7 @@ def leading(m: arb_mat, k: int) -> arb_mat:
     return arb_mat([[m[i, j] for j in range(k)] for i in range(k)])
 
 
-def is_stable(form: arb_mat, rows: arb_mat) -> bool:
+def is_stable(form: arb_mat, rows: Sequence[Vector]) -> bool:
     """Return True when form + rho rows^T rows is positive definite for some rho (Sylvester's minors).
 
     Then the form is positive on every motion that the rows annihilate (Finsler).
@@ -80,18 +96,65 @@ def is_stable(form: arb_mat, rows: arb_mat) -> bool:
     return False
 
 
-def falls(form: arb_mat, rows: arb_mat) -> bool:
+def falls(form: arb_mat, rows: Sequence[Vector]) -> bool:
     """Return True when the form is negative for a motion that the rows annihilate exactly."""
     m = weighted(form, rows, 60).mid()
-    across = rows.transpose()
+    across = arb_mat(rows).transpose() if rows else None
     for k in range(6):
         try:
             # A guess: where the Schur complement of entry k is negative, m is negative for this motion.
             head = (leading(m, k).solve(column([-m[i, k] for i in range(k)]))).mid().entries() if k else []
-            guess = column([*head, 1, *[0] * (5 - k)])
-            motion = guess - across * (rows * across).solve(rows * guess)
+            motion = column([*head, 1, *[0] * (5 - k)])
+            if across is not None:
+                along = across.transpose()
+                motion -= across * (along * across).solve(along * motion)
         except ZeroDivisionError:
             continue
         if (motion.transpose() * form * motion)[0, 0] < 0:
             return True
     return False
+
+
+def rope_to(problem: Problem, i: int, anchor: Sequence[Any]) -> Rope:
+    """Return a cable's way to its anchor, balls or jets; refused where the pulley may not be in its way."""
+    g = [x - arb(a) for x, a in zip(anchor, problem.exits[i], strict=True)]
+    pulley = problem.pulleys[i] if problem.pulleys else None
+    if pulley is None:
+        return Rope([-v for v in g], dot(g, g), arb(0))
+    rope = over_pulley(g, unit(pulley.axis), arb(pulley.radius), arb.pi())
+    wrapped = rope.wrapped.value if isinstance(rope.wrapped, Jet) else rope.wrapped
+    if not wrapped >= 0:
+        raise NotProved(f"{problem.names[i]} may run past its pulley")
+    rope.wrapped = rope.wrapped + arb(pulley.before)
+    return rope
+
+
+def variation_of_ropes(
+    problem: Problem, cables: dict[int, tuple[Vector, Vector, arb]]
+) -> tuple[arb_mat, list[Vector]]:
+    """Return the matrix (6, 6) of the energy's second variation, and what holds motions back.
+
+    ``cables`` : r, X and t of each. With dX = v + omega x r, a = dL/dX and the tension T = t sigma a cable
+    adds T (dX . da/dX dX + a . (omega x (omega x r))); a . dX = 0 is a row. A cable whose tension is not
+    proved positive may let go: it holds nothing back.
+    """
+    axes = [[arb(int(i == j)) for j in range(6)] for i in range(6)]
+    form, rows = arb_mat(6, 6), []
+    for i, (r, anchor, t) in cables.items():
+        rope = rope_to(problem, i, [Jet(x, {k: arb(1)}) for k, x in enumerate(anchor)])
+        root = inverse_root(rope.square)
+        along = [-v * root for v in rope.pull]
+        a, tension = [v.value for v in along], t * rope.free.value
+        moves = [[v + w for v, w in zip(x[:3], cross(x[3:], r), strict=True)] for x in axes]
+        turns = [[dot(a, cross(x[3:], cross(y[3:], r))) for y in axes] for x in axes]
+        bent = [
+            [sum((v.slopes.get(k, arb(0)) * m[k] for k in range(3)), arb(0)) for v in along] for m in moves
+        ]
+        both = [
+            [dot(m, b) + (turns[x][y] + turns[y][x]) / 2 for y, b in enumerate(bent)]
+            for x, m in enumerate(moves)
+        ]
+        form += arb_mat(both) * tension
+        if t > 0:
+            rows.append([dot(a, m) for m in moves])
+    return form, rows

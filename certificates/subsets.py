@@ -52,6 +52,8 @@ def examined(problem: Problem) -> Iterator[tuple[int, ...]]:
 
 def classify(problem: Problem, taut: tuple[int, ...]) -> Kind:
     """Return the kind of a subset of a platform's cables."""
+    if problem.is_routed:
+        return Kind.GENERAL
     exits, points = [problem.exits[i] for i in taut], [problem.points[i] for i in taut]
     if is_dependent(exits, points):
         return Kind.DEPENDENT

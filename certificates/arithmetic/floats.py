@@ -57,6 +57,7 @@ class Floats(Form):
     """A form of doubles."""
 
     UNIT = 1
+    INFINITE = np.inf
 
     @staticmethod
     def bound(terms: Sequence[tuple[Array, Array]], more: Array = 0) -> Array:
@@ -92,6 +93,11 @@ class Floats(Form):
         return x
 
     numbers_up = numbers
+
+    @staticmethod
+    def doubles_near(x: Array) -> Array:
+        """They are doubles."""
+        return x
 
     @classmethod
     def between(cls, lo: Array, hi: Array, symbol: int) -> Self:

@@ -34,6 +34,8 @@ class Form(ABC):
     """
 
     UNIT: int
+    INFINITE: Any
+    """Stands for a bound that there is none."""
 
     def __init__(
         self, value: Array, slopes: Array, curves: Array, rest: Array, drifts: Array | None = None
@@ -77,6 +79,11 @@ class Form(ABC):
     @abstractmethod
     def numbers_up(cls, x: Array) -> Array:
         """Return doubles as this arithmetic's numbers, rounded up."""
+
+    @staticmethod
+    @abstractmethod
+    def doubles_near(x: Array) -> Array:
+        """Return doubles near this arithmetic's numbers, infinite where there are none."""
 
     @classmethod
     @abstractmethod
@@ -250,11 +257,11 @@ class Form(ABC):
 
     def doubles(self) -> Array:
         """Return doubles near the value."""
-        return (self.value / self.UNIT).astype(float)
+        return self.doubles_near(self.value)
 
     def slope_doubles(self, count: int) -> Array:
         """Return doubles near the slopes by ``count`` symbols, (count, N or 1)."""
-        found = (self.slopes / self.UNIT).astype(float)
+        found = self.doubles_near(self.slopes)
         return together(np.zeros((count, 1)), found) if len(found) < count else found
 
 
@@ -295,3 +302,8 @@ def mixed(s: Array, t: Array) -> Array:
         else:
             block[:m], block[m : j + 1] = s[j] * t, 0
     return found
+
+
+def stacked(arrays: Sequence[Array]) -> Array:
+    """Return arrays as one, each with an entry for every cell."""
+    return np.stack(np.broadcast_arrays(*arrays))

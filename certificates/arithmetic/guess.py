@@ -101,3 +101,8 @@ def pivots(rows: Array) -> Array:
         left[row, :, cells] = 0.0
         left = np.where(np.isfinite(left), left, 0.0)
     return found
+
+
+def usable(guesses: Array) -> Array:
+    """Return guesses, 0 where there are none."""
+    return np.where(np.isfinite(guesses), guesses, 0.0)

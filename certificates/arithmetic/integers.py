@@ -17,7 +17,7 @@ FAR = UNIT << 200
 """Stands for infinity."""
 
 
-def each(function: Callable[..., int]) -> Callable[..., Array]:
+def each(function: Callable[..., float]) -> Callable[..., Array]:
     """Return a function of arrays that computes entry by entry."""
     found = np.frompyfunc(function, function.__code__.co_argcount, 1)
     return lambda *x: np.asarray(found(*x), dtype=object)
@@ -36,12 +36,20 @@ def down(x: arb) -> int:
     return int(mantissa) << shift if shift >= 0 else int(mantissa) >> -shift
 
 
+def near(x: int) -> float:
+    """Return a double near a number in units, infinite where there is none."""
+    if abs(x) < FAR * FAR:
+        return x / UNIT
+    return math.inf if x > 0 else -math.inf
+
+
 def shifted(x: Array) -> Array:
     """Return numbers that were in units of 1 / UNIT^2, rounded down."""
     return x >> BITS if x.size else x
 
 
 all_units = each(units)
+all_near = each(near)
 all_units_up = each(lambda x: -units(-x))
 all_quotients = each(lambda a, b: (a << BITS) // b + 1 if b > 0 else FAR)
 all_square_quotients = each(lambda a, b: a * a // b if b > 0 else 0)
@@ -52,6 +60,7 @@ class Integers(Form):
     """A form of Python's integers, in arrays of objects."""
 
     UNIT = UNIT
+    INFINITE = FAR
 
     @staticmethod
     def bound(terms: Sequence[tuple[Array, Array]], more: Array = 0) -> Array:
@@ -87,6 +96,11 @@ class Integers(Form):
     def numbers_up(cls, x: Array) -> Array:
         """Round up."""
         return all_units_up(x)
+
+    @staticmethod
+    def doubles_near(x: Array) -> Array:
+        """Round once."""
+        return all_near(x).astype(float)
 
     @classmethod
     def between(cls, lo: Array, hi: Array, symbol: int) -> Self:

@@ -23,9 +23,10 @@ from solvers.questions.problem import Options, Problem
 
 if TYPE_CHECKING:
     from solvers.proofs.recorder import Recorder
+    from solvers.proofs.routed import RoutedRecorder
 
 Json = dict[str, Any]
-Started = Json | list["Recorder"]
+Started = Json | list["Recorder"] | list["RoutedRecorder"]
 """A subset's entry, or the recorders that will make it."""
 NOT_SEARCHED = "not searched"
 NOT_WRITTEN = "the run ended before a proof was written"
@@ -82,6 +83,12 @@ def start(
         return {} if problem.taut is None else {"pending": "the wrenches are dependent in every pose"}
     if kind is Kind.BOTH:
         return {"pending": "families about two axes are not certified"}
+    if question.is_routed:
+        if options.record is None or taut not in options.record.roots:
+            return {"pending": NOT_SEARCHED}
+        from solvers.proofs.routed import RoutedRecorder
+
+        return [RoutedRecorder(question, taut, options.record.roots[taut], listed)]
     searched = () if options.record is None else options.record.searches.get(taut, ())
     if not searched:
         return {"pending": NOT_SEARCHED}

@@ -10,9 +10,11 @@ import numpy as np
 from flint import fmpq
 
 from cdpr_interval.exact.enclosure import Bounds
-from cdpr_interval.robots.numbers import exact
+from cdpr_interval.mechanics.cables.law import Route
+from cdpr_interval.mechanics.cables.pulley import OverPulley
+from cdpr_interval.robots.numbers import exact, exact_point
 from certificates.apart import meeting
-from certificates.problem import Listed, Turning
+from certificates.problem import Listed, Pulley, Turning
 from certificates.problem import Problem as Question
 from solvers.answers.data import CableState, Solution
 from solvers.answers.result import Result
@@ -100,9 +102,10 @@ def certificate_question(problem: Problem, options: Options) -> Question:
         else:
             assert elasticity.axial_stiffness is not None
             stiffness.append((ratio(exact(elasticity.axial_stiffness)), True))
+    pulleys = tuple(pulley_of(route) for route, _ in problem.loaded.models)
     return Question(
         names=robot.cable_names,
-        exits=[[ratio(x) for x in a] for a in problem.loaded.exits],
+        exits=[[ratio(x) for x in exact_point(c.frame_anchor)] for c in robot.cables],
         points=[[ratio(x) for x in b] for b in problem.loaded.arms],
         centre=[ratio(x) for x in problem.loaded.centre],
         lengths=[(ratio(lo), ratio(hi)) for lo, hi in problem.lengths],
@@ -113,7 +116,15 @@ def certificate_question(problem: Problem, options: Options) -> Question:
         taut=problem.taut,
         ignore_slack=options.ignore_slack,
         ignore_tension_sign=options.ignore_tension_sign,
+        pulleys=pulleys if any(pulleys) else (),
     )
+
+
+def pulley_of(route: Route) -> Pulley | None:
+    """Return a cable's pulley as the checker reads it; None for a straight cable."""
+    if not isinstance(route, OverPulley):
+        return None
+    return Pulley(ratio(route.radius), [ratio(x) for x in route.axis], ratio(route.lead_in))
 
 
 def ratio(x: Fraction) -> fmpq:

@@ -12,6 +12,7 @@ from cdpr_interval.exact.decimals import exact_text
 from cdpr_interval.exact.enclosure import Bounds
 from cdpr_interval.robots.cable_robot import Robot
 from cdpr_interval.robots.numbers import exact, exact_point
+from cdpr_interval.robots.pulley import Pulley
 from solvers.answers.data import Family, Solution
 from solvers.proofs.listed import certified, written_states
 
@@ -34,6 +35,8 @@ def robot_document(robot: Robot) -> Json:
             ):
                 if value is not None:
                     document[key] = exact_text(exact(value))
+        if cable.pulley is not None and not cable.pulley.is_plain:
+            document["pulley"] = pulley_document(cable.pulley, robot)
         cables.append(document)
     return {
         "name": robot.name,
@@ -42,6 +45,16 @@ def robot_document(robot: Robot) -> Json:
         "mass_kg": exact_text(exact(robot.platform.mass)),
         "centre_of_mass_m": vector(exact_point(robot.platform.centre_of_mass)),
         "cables": cables,
+    }
+
+
+def pulley_document(pulley: Pulley, robot: Robot) -> Json:
+    """Return a pulley in exact numbers; its axis is against gravity where none is given."""
+    up = [-x for x in exact_point(robot.gravity)]
+    return {
+        "radius_m": exact_text(exact(pulley.radius)),
+        "axis": vector(up if pulley.axis is None else exact_point(pulley.axis)),
+        "lead_in_m": exact_text(exact(pulley.lead_in)),
     }
 
 

@@ -58,16 +58,40 @@ def uncertain_data(robot: Robot, force: Point = NO_FORCE, asker: str = "") -> st
 def require_certifiable(problem: Problem) -> None:
     """Raise `NotSupportedError` for a question whose certificate no checker of today could read.
 
-    It takes ranges of lengths, and of nothing else, and straight cables that all stretch or all do not.
+    It takes ranges of lengths, and of nothing else, and cables that all stretch or all do not; of platforms
+    none that stretch, and over pulleys exact lengths and ropes that never lift off.
     """
     robot = problem.robot
     require_treated(
         robot, _by("tension limits are not supported", "certificates", problem.tension is not None)
     )
-    require_treated(robot, over_pulleys(robot, "certificates") or mixed_cables(robot, "certificates"))
-    stretching = robot.is_elastic and robot.model == SIX_DOF
-    require_treated(robot, _by("elastic cables of a platform are not supported", "certificates", stretching))
+    require_treated(robot, mixed_cables(robot, "certificates"))
+    if robot.model == SIX_DOF:
+        require_treated(robot, uncertified_pulleys(robot))
+        stretching = "elastic cables of a platform are not supported"
+        require_treated(robot, _by(stretching, "certificates", robot.is_elastic))
+        ranged = robot.has_pulleys and any(lo < hi for lo, hi in problem.lengths)
+        text = "ranges of lengths over pulleys are not supported"
+        require_treated(robot, _by(text, "certificates of a platform", ranged))
+    else:
+        require_treated(robot, over_pulleys(robot, "certificates"))
     require_treated(robot, uncertain_data(robot, problem.external_force, asker="certificates"))
+
+
+def uncertified_pulleys(robot: Robot) -> str | None:
+    """Return why a certificate cannot be about the pulleys of a platform, or None where it can."""
+    for cable in robot.cables:
+        pulley = cable.pulley
+        if pulley is None:
+            continue
+        if pulley.is_plain and pulley.lead_in != 0:
+            return _by(f"{cable.name}: a lead-in without a pulley is not supported", "certificates", True)
+        if pulley.joints != 1:
+            return _by(f"{cable.name}: pulleys on two joints are not supported", "certificates", True)
+        if pulley.arm_length != pulley.radius:
+            text = "ropes that may lift off, over an arm longer than the radius, are not supported"
+            return _by(f"{cable.name}: {text}", "certificates", True)
+    return None
 
 
 def mixed_cables(robot: Robot, asker: str = "") -> str | None:

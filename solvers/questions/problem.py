@@ -53,6 +53,10 @@ class Record(Protocol):
         """What was kept, by taut subset."""
 
     @property
+    def roots(self) -> Mapping[tuple[int, ...], Sequence[Any]]:
+        """Of cables over pulleys: the roots with each taut subset, ascending."""
+
+    @property
     def is_interrupted(self) -> bool:
         """Whether the run, or the writing of its certificate, was interrupted."""
 
@@ -61,6 +65,9 @@ class Record(Protocol):
 
     def keep(self, taut: tuple[int, ...], reduced: Any, subset: Any, notes: Any) -> None:
         """Remember the search of a taut subset that has ended, and what its observer noted."""
+
+    def keep_roots(self, taut: tuple[int, ...], roots: Sequence[Any]) -> None:
+        """Remember the roots of a taut subset of cables over pulleys."""
 
 
 Parts = Mapping[tuple[tuple[int, ...], int], Sequence[Any]]

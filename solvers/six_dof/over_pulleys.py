@@ -121,6 +121,8 @@ class RealRun:
             self.stopped = search.stop
         known = [*self.roots.get(taut, []), *(Root(r.chart, r.box, r.unique, r.core) for r in search.roots)]
         self.roots[taut] = distinct(known)
+        if self.options.record is not None:
+            self.options.record.keep_roots(taut, self.roots[taut])
         if len(search.undecided):
             cells, reason = search.undecided, search.reason
             if search.spread > LEAST_SPREAD and reason == SMALL_REASON:

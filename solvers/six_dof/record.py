@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
@@ -28,6 +29,8 @@ class Record:
     """The searches of a run, by taut subset, in the order of the subset's frames."""
 
     searches: dict[tuple[int, ...], list[Searched]] = field(default_factory=dict)
+    roots: dict[tuple[int, ...], list[Root]] = field(default_factory=dict)
+    """Of cables over pulleys: the roots found with each taut subset, ascending."""
     budget: Budget = field(default_factory=Budget)
     """What the run may spend: the certificate has what is left of it."""
 
@@ -41,6 +44,10 @@ class Record:
     def keep(self, taut: tuple[int, ...], reduced: Reduced, subset: SubsetSearch, notes: NotedTurns) -> None:
         """Remember a search that has ended."""
         self.searches.setdefault(taut, []).append(Searched(reduced, tuple(subset.roots), notes))
+
+    def keep_roots(self, taut: tuple[int, ...], roots: Sequence[Root]) -> None:
+        """Remember the roots of a taut subset of cables over pulleys."""
+        self.roots[tuple(sorted(taut))] = list(roots)
 
     @property
     def is_interrupted(self) -> bool:

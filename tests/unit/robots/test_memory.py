@@ -124,7 +124,10 @@ def test_numbers_of_a_dictionary_are_exact(mass: object, value: object):
     [
         ([], "robot: must be a mapping, got 'list'"),
         ({}, "robot: format: missing: write 'format: cdpr-robot/1'"),
-        ({**LAMP, "format": "x/2"}, "robot: format: must be 'cdpr-robot/1' or 'delta-robot/1', got the text 'x/2'"),
+        (
+            {**LAMP, "format": "x/2"},
+            "robot: format: must be 'cdpr-robot/1' or 'delta-robot/1', got the text 'x/2'",
+        ),
         ({**LAMP, 3: 4}, "robot: a key must be a text, got '3'"),
         ({**LAMP, "cables": LAMP["cables"][:1] * 2}, f"robot: cables[1].name: 'c1' {TWICE}"),
         (lamp(mass_kg=-1), "robot: platform.mass_kg: must be greater than 0, got -1"),

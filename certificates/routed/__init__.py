@@ -1,0 +1,1 @@
+"""Platforms whose cables run over pulleys: the ropes, and what holds at their poses."""
