@@ -13,9 +13,15 @@ from solvers.shell.completion import files, robots
 from solvers.shell.examples import examples
 
 if TYPE_CHECKING:
+    from solvers.cli import Ending
     from solvers.commands.progress import ProgressDisplay
+    from solvers.commands.target import JsonTarget
     from solvers.report.judgement import Judgement
     from solvers.report.source import ResultSource
+
+
+OF_CABLES = ("robot", "certificate")
+"""Options that have no meaning for the result of a Delta."""
 
 
 @click.command(
@@ -61,6 +67,7 @@ def command(source: str, out: str, figures: str | None, **given: Any) -> int:
     from solvers.cli import Ending
     from solvers.commands.progress import shown
     from solvers.commands.target import JsonTarget
+    from solvers.report.delta_page import is_delta_result
     from solvers.report.judgement import judge
 
     robot, certificate, job = given["robot"], given["certificate"], given["job"]
@@ -73,6 +80,8 @@ def command(source: str, out: str, figures: str | None, **given: Any) -> int:
         raise InputError("--robot, --certificate: only for a result, a batch has its own with it")
     if not is_batch and job is not None:
         raise InputError("--job: only for the folder of a batch")
+    if not is_batch and is_delta_result(path):
+        return _delta(path, target, [name for name in OF_CABLES if given.get(name) is not None], figures)
     with shown("report", given["quiet"]) as display:
         if is_batch and job is None:
             page, judged = _batch(path, folder)
@@ -85,6 +94,22 @@ def command(source: str, out: str, figures: str | None, **given: Any) -> int:
     if drawn.proof is not None and drawn.proof.conclusion.exit_code:
         return Ending(drawn.proof.conclusion.exit_code, f"certificate: {drawn.proof}")
     judged = judge(drawn.result, drawn.proof)
+    return Ending(judged.exit_code, judged.headline)
+
+
+def _delta(path: Path, target: JsonTarget, given: list[str], figures: str | None) -> Ending:
+    """Write the page of a Delta's result, which has neither certificate nor figures of its own."""
+    from cdpr_interval.errors import InputError
+    from solvers.cli import Ending
+    from solvers.report.delta_page import delta_page
+    from solvers.report.page import require_libraries
+
+    if given or figures is not None:
+        names = [*given, *(["figures"] if figures is not None else [])]
+        raise InputError(*(f"--{name}: not for the result of a Delta" for name in names))
+    require_libraries()
+    page, judged = delta_page(path)
+    target.write(page)
     return Ending(judged.exit_code, judged.headline)
 
 

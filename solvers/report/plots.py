@@ -84,11 +84,11 @@ def robot_figure(robot: Robot, result: Result) -> Any:
             owners.append(number)
     _add_buttons(figure, owners, scales, [one.title for one in scenes])
     boxes = [one.position.T for one in result.undecided if np.isfinite(one.position).all()]
-    figure.update_layout(scene=_space(*hull(scenes, robot, boxes)), showlegend=False)
+    figure.update_layout(scene=space_of(*hull(scenes, robot, boxes)), showlegend=False)
     return figure
 
 
-def _space(low: Points, high: Points) -> dict[str, Any]:
+def space_of(low: Points, high: Points) -> dict[str, Any]:
     """Return axes of one scale around what is drawn."""
     low, high = space(low, high)
     ratio = (high - low) / np.cbrt(np.prod(high - low))
