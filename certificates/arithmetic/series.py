@@ -44,15 +44,27 @@ def inverse_root(x: Any) -> Any:
     guess = kind.near(1.0 / np.sqrt(np.where(is_usual, middle, 1.0)))
     e = x * guess * guess - 1
     size = e.size()
-    return guess * (1 - half(e) + e * e * kind.constant(0.375) + remainder(kind, size, 3))
+    terms = 1 - half(e) + e * e * kind.constant(0.375)
+    return where_small(size, guess * (terms + remainder(kind, size, 3)))
 
 
 def remainder(kind: type[Form], size: Any, power: int) -> Form:
-    """Return any number up to a power of a bound, where that is at most 1/2; anything elsewhere."""
+    """Return any number up to a power of a bound."""
     found = size
     for _ in range(power - 1):
         found = kind.bound([(found, size)])
-    return kind.unknown(np.where(size <= kind.numbers(np.array([0.5])), found, kind.INFINITE))
+    return kind.unknown(found)
+
+
+def where_small(size: Any, form: Form) -> Form:
+    """Return a form where a bound is at most 1/2; elsewhere nothing is known.
+
+    There no term of it is left, and nothing is multiplied by a guess, which may be 0 in units: what stands
+    for infinite in integers is not above everything.
+    """
+    kind = type(form)
+    is_small = size <= kind.numbers(np.array([0.5]))
+    return form * is_small + kind.unknown(np.where(is_small, kind.numbers(np.zeros(1)), kind.INFINITE))
 
 
 @cache
@@ -93,7 +105,7 @@ def angle(x: Any, y: Any) -> Any:
     cosine, sine, first = (f.at(np.clip(np.rint(place), 0, DIRECTIONS - 1).astype(int)) for f in table(kind))
     s, ahead = y * cosine - x * sine, x * cosine + y * sine
     size = kind.bound([], np.where(ahead.lowest() > 0, s.size(), kind.INFINITE))
-    return first + s + s * s * s * sixth(kind) + remainder(kind, size, 5)
+    return where_small(size, first + s + s * s * s * sixth(kind) + remainder(kind, size, 5))
 
 
 @cache

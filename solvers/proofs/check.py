@@ -23,6 +23,7 @@ from solvers.answers.data import Solution
 from solvers.answers.result import Result
 from solvers.proofs.listed import written_states
 from solvers.proofs.text import robot_document
+from solvers.questions.checked import uncertified_pulleys
 from solvers.questions.force import ZERO
 
 Json = dict[str, Any]
@@ -179,7 +180,9 @@ def _differing(pairs: dict[str, tuple[Any, Any]]) -> str:
 
 
 def _with_robot(document: Json, robot: Robot) -> Problem | None:
-    """Return the question of a document for another robot; None when it does not fit."""
+    """Return the question of a document for another robot; None when it does not fit, or none can be."""
+    if uncertified_pulleys(robot) is not None:
+        return None
     try:
         return read_problem({**document, "robot": robot_document(robot)})
     except Malformed:

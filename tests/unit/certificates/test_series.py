@@ -110,6 +110,19 @@ def test_nothing_is_known_of_roots_around_zero_and_angles_of_all_directions(kind
         assert bounded_in(inverse_root(around)) == 0 and bounded_in(angle(x, y)) == 0
 
 
+@pytest.mark.parametrize(("value", "slope"), [(2**130, 1 - 2**130), (1, 2**110)])
+def test_integers_enclose_roots_of_numbers_that_are_far_from_their_values(value: int, slope: int):
+    """The guess may be 0 in units, and a square of what is left above what stands for infinite."""
+    none = np.zeros((0, 1), dtype=object)
+    parts = np.array([value], dtype=object), np.array([[slope]], dtype=object)
+    with np.errstate(all="ignore"):
+        found = inverse_root(Integers(*(v * Integers.UNIT for v in parts), none, np.array([0], dtype=object)))
+    middle = (found.value + found.slopes.sum(axis=0) + found.curves.sum(axis=0))[0]
+    with ctx.workprec(BITS):
+        exact = arb(value + slope).rsqrt() * Integers.UNIT
+        assert arb(middle - found.rest[0]) <= exact <= arb(middle + found.rest[0])
+
+
 def test_an_angle_beyond_the_table_is_unknown():
     """Between HIGHEST + pi / 6 and LOWEST - pi / 6, a turn on, the angle has two names: none is told."""
     beyond = np.linspace(HIGHEST + 0.53, LOWEST + 2 * np.pi - 0.53, 50)

@@ -8,12 +8,14 @@ import numpy as np
 import pytest
 
 from cdpr_interval import load_robot
-from certificates.container import unpack
+from cdpr_interval.robots.pulley import Pulley
+from certificates.container import pack, unpack
 from certificates.verdicts import Verdict
-from solvers.answers.data import Outcome
-from solvers.forward import answer_question, pose_problem
-from solvers.proofs.check import difference, proof_of
-from solvers.proofs.document import NO_BOX, certificate_bytes
+from solvers.answers.data import Answer, Outcome
+from solvers.forward import answer_question, build_result, pose_problem
+from solvers.proofs.check import Asked, difference, other_question, proof_of
+from solvers.proofs.document import NO_BOX, certificate_bytes, certificate_document
+from solvers.questions.force import ZERO
 from solvers.questions.problem import Options
 from solvers.six_dof.record import Record
 
@@ -67,6 +69,31 @@ def test_another_robot(uc2):
     heavier = replace(robot, platform=replace(robot.platform, mass=robot.platform.mass + 1))
     assert "robot differs" in difference(heavier, result, content)
     assert "robot differs" in difference(load_robot("uc3"), result, content)
+
+
+@pytest.mark.parametrize("other", [{"joints": 2}, {"arm": "0.11"}, {"joints": 2, "balance": "bisector"}])
+def test_pulleys_of_which_a_certificate_cannot_be(other):
+    """What the format has no word for is not left out: the proof is of another robot."""
+    robot, pulley = load_robot("uc3"), Pulley("0.1", axis=(0, 0, 1), lead_in="0.5")
+    robots = [
+        robot.replace(cables=[robot.cables[0].replace(pulley=p), *robot.cables[1:]])
+        for p in (pulley, pulley.replace(**other))
+    ]
+    problem = pose_problem(robots[0], ["8", "8", "7"], "c1,c2,c3", None, Options())
+    result = build_result(problem, Options(), Answer(()), 0.0)
+    content = pack(
+        certificate_document(problem, Options(), result, [{"taut": [0, 1, 2], "pending": "not searched"}])
+    )
+    found = [other_question(content, 10**6, r, Asked(None, ZERO)) for r in robots]
+    assert found == ["", "its robot differs"]
+    assert [difference(r, result, content) for r in robots] == ["", "its robot differs"]
+
+
+def test_a_lead_in_without_a_pulley_is_of_another_robot():
+    robot, result, content = solved("uc3", QUESTIONS["uc3"])
+    first, *others = robot.cables
+    with_lead_in = robot.replace(cables=[first.replace(pulley=Pulley(0, lead_in="0.5")), *others])
+    assert [difference(r, result, content) for r in (robot, with_lead_in)] == ["", "its robot differs"]
 
 
 def test_other_poses(uc2):
