@@ -295,13 +295,25 @@ def lean(delta: Delta, i: int, centre: Vector, drive: arb) -> arb:
     """Return the angle by which the bars of a chain lean out of its plane, not negative."""
     bars = minus(centre, delta.knee(i, drive))
     sine = abs(dot(delta.chains[i].tangent, bars)) / delta.bar
-    return sine.nonnegative_part().min(arb(1)).asin()
+    return _quarter(sine.lower()).union(_quarter(sine.upper()))
+
+
+def _quarter(sine: arb) -> arb:
+    """Return the arc sine of an exact number, of its nearest one in 0 to 1."""
+    return arb.pi() / 2 if sine >= 1 else sine.max(arb(0)).asin()
 
 
 def elbow(delta: Delta, i: int, centre: Vector, drive: arb) -> arb:
-    """Return the angle at the knee from arm to bars, in the plane of the chain: useful below pi."""
+    """Return the angle at the knee from arm to bars, in the plane of the chain, 0 to 2 pi: useful below pi.
+
+    Folded and unfolded beyond 0 are a whole turn apart: where both may be, so is everything between.
+    """
     outward, knee = delta.chains[i].outward, delta.knee(i, drive)
     inner, bars = minus(delta.chains[i].shoulder, knee), minus(centre, knee)
     (a, b), (c, d) = ((dot(v, outward), v[2]) for v in (inner, bars))
-    turn = arb.atan2(a * d - b * c, a * c + b * d)
-    return turn + 2 * arb.pi() if turn < 0 else turn
+    sine, cosine = a * d - b * c, a * c + b * d
+    if sine < 0 or cosine < 0:
+        return arb.pi() + arb.atan2(-sine, -cosine)
+    if sine >= 0:
+        return arb.atan2(sine, cosine)
+    return arb.pi() + arb.pi() * arb(0, 1)

@@ -173,8 +173,11 @@ def _kinds(
         if size < 2:
             found.append(all_word)
         elif size == 2:
-            pairs = [all(is_zero(x) for x in cross(a, b)) for a, b in combinations(rows, 2)]
-            found.append(two_word if any(pairs) else flat_word)
+            pairs = [[is_zero(x) for x in cross(a, b)] for a, b in combinations(rows, 2)]
+            if any(all(pair) for pair in pairs):
+                found.append(two_word)
+            elif all(False in pair for pair in pairs):
+                found.append(flat_word)
     # Where all bars are parallel the normals are coplanar anyhow, and where all planes are the bars are.
     if "a" in found or "d" in found:
         found = [word for word in found if not word.startswith("coplanar")]
@@ -244,7 +247,8 @@ def _circle(robot: DeltaRobot, i: int, radius: Root3, centre: ExactVector) -> An
 
 
 def _is_easy(angle: Any) -> bool:
-    return bool(angle.in_degrees and angle.is_exact and angle.bounds.lo % 30 == 0)
+    lo = angle.bounds.lo
+    return bool(angle.is_exact and (lo == 0 or (angle.in_degrees and lo % 30 == 0)))
 
 
 def _easy(robot: DeltaRobot, i: int) -> tuple[Root3, Root3]:

@@ -10,6 +10,7 @@ A_i. The bars of length L_B lead from the knee or carriage to the platform.
 from __future__ import annotations
 
 import hashlib
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from fractions import Fraction
@@ -172,5 +173,20 @@ def complaints(robot: Any) -> Iterator[tuple[str, str]]:
         for name in LIMITS[1:]:
             if getattr(robot, name) is not None:
                 yield name, "not with linear drives, which have no elbows"
+    yield from _of_limits(robot)
     if not all(angle.is_exact for angle in robot.arm_angles):
         yield "arm_angles", "must be exact: tolerances are known to lengths only"
+
+
+def _of_limits(robot: Any) -> Iterator[tuple[str, str]]:
+    """Yield the rules that limits break."""
+    ends = {}
+    for name in LIMITS:
+        angle = getattr(robot, name)
+        if angle is not None:
+            turn = 360 if angle.in_degrees else Fraction(math.tau)
+            ends[name] = tuple(float(end / turn) for end in angle.bounds)
+            if not 0 <= ends[name][0] <= ends[name][1] <= 1:
+                yield name, f"must be an angle from 0 to a whole turn, got {angle}"
+    if "elbow_min" in ends and "elbow_max" in ends and ends["elbow_min"][0] > ends["elbow_max"][1]:
+        yield "elbow_min", f"must not be above elbow_max, got {robot.elbow_min} and {robot.elbow_max}"

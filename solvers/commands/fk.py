@@ -93,7 +93,7 @@ def command(robot: str, **given: Any) -> int:
     is none; 5: the checker refuses the certificate.
     """
     target = None if given["json_file"] is None else JsonTarget(given["json_file"])
-    if given["angles"] is not None or given["positions"] is not None:
+    if _is_of_drives(robot, given):
         from solvers.commands.delta import of_drives
 
         return of_drives(robot, given, target)
@@ -121,6 +121,17 @@ def command(robot: str, **given: Any) -> int:
     if given["verbose"]:
         _log(result)
     return ending
+
+
+def _is_of_drives(source: str, given: dict[str, Any]) -> bool:
+    """Return True where drives of a Delta are given, or nothing at all for a Delta."""
+    if given["angles"] is not None or given["positions"] is not None:
+        return True
+    if any(given[name] is not None for name in ("lengths", "problem", "tensions")):
+        return False
+    from solvers.commands.delta import is_delta
+
+    return is_delta(source)
 
 
 def _of_tensions(source: str, given: dict[str, Any], target: JsonTarget | None) -> int:

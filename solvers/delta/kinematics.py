@@ -51,7 +51,7 @@ from solvers.delta.kinematics_data import (
 from solvers.delta.poses import bounds, range_text
 from solvers.questions.angles import read_triple
 from solvers.questions.ranges import read_range
-from solvers.questions.units import METRES
+from solvers.questions.units import METRES, Units
 
 MOST_CELLS = 100_000
 """Of a box of poses: seconds; a box that needs more is near a singular pose, or holds one."""
@@ -119,20 +119,20 @@ def answer_kinematics(
         raise InputError(f"{label('velocity')}: not together with {label('rates')}")
     speeds = {"velocity": velocity, "rates": rates}
     found = {
-        name: None if value is None else read_triple(value, label(name), _number, "speeds")
+        name: None if value is None else read_triple(value, label(name), lambda v: _number(v, {}), "speeds")
         for name, value in speeds.items()
     }
     half = None
     if box is not None:
-        half = read_triple(box, label("box"), lambda v: read_range(v, METRES)[1], "half widths")
+        half = read_triple(box, label("box"), lambda v: _number(v, METRES), "half widths")
         if not all(h > 0 for h in half):
             raise InputError(f"{label('box')}: half widths must be greater than 0")
     with balls.precision():
         return _answer(robot, read, found, half, time_limit)
 
 
-def _number(value: Any) -> Fraction:
-    lo, hi = read_range(value, {"": Fraction(1)})
+def _number(value: Any, units: Units) -> Fraction:
+    lo, hi = read_range(value, units)
     if lo != hi:
         raise ValueError("must be one number")
     return lo

@@ -43,6 +43,8 @@ def read_triple(given: Any, label: str, reader: Any, what: str) -> tuple[Any, An
     InputError
         One message per entry that is wrong, or that there are not three.
     """
+    if not isinstance(given, str) and not hasattr(given, "__len__"):
+        raise InputError(f"{label}: must hold three {what}, got {given!r}")
     entries: Sequence[Any] = entries_of(given, label) if isinstance(given, str) else list(given)
     errors, found = [], []
     if len(entries) != 3:

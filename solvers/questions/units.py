@@ -103,7 +103,8 @@ def read_quantity(text: str, units: Units) -> Fraction:
     if unit is None:
         return _number(text, units)
     if unit not in units:
-        raise ValueError(f"{quote(text)} is {KINDS[unit]}, not {KINDS[next(iter(units))]}")
+        kind = KINDS[next(iter(units))] if units else "a number without a unit"
+        raise ValueError(f"{quote(text)} is {KINDS[unit]}, not {kind}")
     return exact_number(_number(value, units) * units[unit])
 
 
@@ -131,5 +132,6 @@ def _number(text: str, units: Iterable[str]) -> Fraction:
         return read_number(text)
     except ValueError as error:
         if text.lstrip("+-.")[:1].isdigit() and text[-1:].isalpha():
-            raise ValueError(f"{error} (units are {', '.join(units)})") from None
+            known = f"units are {', '.join(units)}" if units else "it has no unit here"
+            raise ValueError(f"{error} ({known})") from None
         raise

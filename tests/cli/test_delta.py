@@ -73,3 +73,8 @@ def test_options_of_cables_are_named():
         "--threads: not for a Delta",
         "--angles[1]: '20' has no unit: write 20deg or 20rad",
     }
+
+
+def test_a_delta_without_drives_is_asked_for_these():
+    result = run("fk", "delta_580")
+    assert (result.exit_code, result.stderr) == (2, "--angles: missing\n")

@@ -19,6 +19,7 @@ KEYS = {
     "bar": "bar_m",
     "bar_spacing": "bar_spacing_m",
     "arm_angles": "arm_angles_rad",
+    **{name: f"{name}_rad" for name in LIMITS},
 }
 """Keys of fields that are called otherwise."""
 

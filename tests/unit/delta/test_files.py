@@ -57,6 +57,21 @@ def test_all_keys():
     ("text", "place", "rule"),
     [
         (PLAIN, "1:1: arm", "missing: rotary drives turn arms"),
+        (
+            ARMS + "gamma_max_rad: -40deg\n",
+            "7:16: gamma_max",
+            "must be an angle from 0 to a whole turn, got -40deg",
+        ),
+        (
+            ARMS + "gamma_max_rad: 40\n",
+            "7:16: gamma_max",
+            "must be an angle from 0 to a whole turn, got 40rad",
+        ),
+        (
+            ARMS + "elbow_min_rad: 90deg\nelbow_max_rad: 1\n",
+            "7:16: elbow_min",
+            "must not be above elbow_max, got 90deg and 1rad",
+        ),
         (ARMS.replace("0.38", "0"), "5:8: bar_m", "must be greater than 0, got 0"),
         (ARMS.replace("0.15", "-1"), "3:16: base_radius_m", "must be at least 0, got -1"),
         (PLAIN + "drives: linear\n", "1:1: rail_directions", "missing: linear drives need three"),

@@ -7,11 +7,15 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
+from flint import arb
 
 from cdpr_interval import InputError, NotSupportedError
+from cdpr_interval.exact import balls
 from cdpr_interval.exact.angle import Angle
 from cdpr_interval.exact.range import Range
+from cdpr_interval.mechanics.delta import delta_of, elbow, lean
 from cdpr_interval.robots.delta import LINEAR, DeltaRobot
+from cdpr_interval.robots.formats.reader import load_delta
 from solvers import Delta, delta_drives, delta_poses
 from solvers.delta.result import DeltaIkResult, DeltaResult
 
@@ -180,3 +184,24 @@ def test_questions_that_are_none():
         delta_poses("uc2", (0, 0, 0))
     with pytest.raises(InputError, match="must be a Delta"):
         delta_poses(3, (0, 0, 0))
+
+
+def test_elbows_about_a_stretched_or_folded_chain_are_enclosed():
+    """At half a turn and at 0 the angle is cut: enclosures of ranges hold what their members have."""
+    with balls.precision():
+        delta = delta_of(load_delta("delta_580"))
+        x, _, z = delta.knee(0, arb(0.5))
+        for sign in (1, -1):
+            reach = sign * delta.bar
+            centre = [x + reach * arb(0.5).cos(), arb(0), z - reach * arb(0.5).sin()]
+            around = elbow(delta, 0, centre, arb(0.5, 0.25))
+            for turn in (0.3, 0.4, 0.6, 0.7):
+                assert around.contains(elbow(delta, 0, centre, arb(turn)))
+
+
+def test_bars_that_lean_as_far_as_they_can_are_bounded_by_a_quarter_turn():
+    with balls.precision():
+        delta = delta_of(load_delta("delta_580"))
+        knee = delta.knee(0, arb(0))
+        out = lean(delta, 0, [knee[0], knee[1] + delta.bar * arb(1, 0.01), knee[2]], arb(0))
+        assert out.is_finite() and out.contains(arb.pi() / 2) and out < 1.58 and out > 1.4

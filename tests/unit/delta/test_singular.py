@@ -6,13 +6,22 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
+from flint import arb
 
 from cdpr_interval import InputError, NotSupportedError
 from cdpr_interval.exact import balls
+from cdpr_interval.exact.angle import Angle
 from cdpr_interval.exact.range import Range
 from cdpr_interval.exact.surds import Root3, Surd, rational, roots_of
 from cdpr_interval.mechanics.delta import delta_of, drives_at
-from cdpr_interval.mechanics.delta_singular import Bars, cross, exact_bars, ranks_of, surd_is_zero
+from cdpr_interval.mechanics.delta_singular import (
+    Bars,
+    ball_is_zero,
+    cross,
+    exact_bars,
+    ranks_of,
+    surd_is_zero,
+)
 from cdpr_interval.robots.delta import DeltaRobot
 from cdpr_interval.robots.formats.reader import load_delta
 from solvers import delta_kinematics, delta_poses
@@ -225,3 +234,34 @@ def test_numbers_with_roots_that_are_zero_and_that_are_nearly():
     two, five, ten = roots_of([Root3(Fraction(n)) for n in (2, 5, 10)])
     assert (two * five - ten).is_zero is True
     assert (two * five - ten + rational(Root3(Fraction(1, 10**60)), two)).is_zero is False
+
+
+def test_an_angle_of_0_without_a_unit_is_exact():
+    """The list of the handbook, ``[0, 120deg, 240deg]``, stands at multiples of 30 degrees, too."""
+    zero = Angle(Range.exact(0), in_degrees=False)
+    robot = DeltaRobot(
+        "d", "0.15", "0.025", "0.38", arm="0.2", arm_angles=(zero, Angle.degrees(120), Angle.degrees(240))
+    )
+    assert exact_bars(robot, (Fraction(0), Fraction(0), Fraction("-0.4"))) is not None
+
+
+def test_no_kind_is_told_where_it_is_not_known_which_bars_are_parallel():
+    """Bars in one plane to the letter, two of which may be parallel within their balls."""
+    near = [[arb(1), arb(0), arb(0, 1e-9)], [arb(1), arb(0), arb(0)], [arb(0), arb(0), arb(1)]]
+    normals = [[arb(i == j) for j in range(3)] for i in range(3)]
+    found = ranks_of(Bars(near, normals, normals, [arb(1)] * 3), ball_is_zero)
+    assert (found.six, found.kinds) == (5, ())
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ({"box": ("1mm..2mm", "1mm", "1mm")}, r"box\[0\]: must be one number"),
+        ({"rates": ("1m", "0", "0")}, r"rates\[0\]: '1m' is a length, not a number without a unit"),
+        ({"rates": ("1rad/s", "0", "0")}, r"rates\[0\]: '1rad/s' is not a number .it has no unit here."),
+        ({"velocity": 3}, "velocity: must hold three speeds, got 3"),
+    ],
+)
+def test_one_clear_line(given, message):
+    with pytest.raises(InputError, match=message):
+        delta_kinematics("delta_580", ("0", "0", "-0.4"), **given)
