@@ -21,7 +21,7 @@ from solvers.answers.result import Result
 from solvers.answers.tool import this_tool
 from solvers.classes import class_of
 from solvers.questions.arguments import require_flags
-from solvers.questions.checked import check_budgets, read_method, require_treated
+from solvers.questions.checked import check_budgets, not_on_six_legs, read_method, require_treated
 from solvers.questions.errors import InputErrors
 from solvers.questions.force import ZERO, no_load, read_force_ranges
 from solvers.questions.lengths import read_lengths
@@ -151,6 +151,7 @@ def pose_problem(
     NotSupportedError
         When all rules are kept, but no solver of this version can treat the robot.
     """
+    require_treated(robot, not_on_six_legs(robot))
     errors, options = InputErrors(), asked_of(robot, options)
     names = robot.cable_names
     ranges = errors.read(read_lengths, lengths, names, label("lengths")) or ()

@@ -47,6 +47,6 @@ def complaints(robot: Robot, taut: tuple[int, ...] | None, options: Options, lab
     if taut is not None and len(taut) > most:
         cables = f"{len(taut)} cables, but a taut subset of an inextensible point mass has at most {most}"
         yield f"{label('taut')}: {cables}"
-    if options.ignore_tension_sign and not robot.has_legs:
+    if options.ignore_tension_sign:
         rule = "needs exactly six taut cables of a platform, got a point mass"
         yield f"{label('ignore_tension_sign')}: {rule}"

@@ -34,5 +34,5 @@ def _sentence(cable: Cable, lo: float | Fraction, hi: float | Fraction) -> str:
     """Return what is said of a leg; a range may be outside in part."""
     assert cable.length_limits is not None
     least, most = map(float, cable.length_limits)
-    length = f"{float(lo):.9g}" if lo == hi else f"{float(lo):.9g} to {float(hi):.9g}"
-    return f"{cable.name} is {length} m long, its limits are {least:.9g} and {most:.9g} m"
+    length = f"{float(lo):.15g}" if lo == hi else f"{float(lo):.15g} to {float(hi):.15g}"
+    return f"{cable.name} is {length} m long, its limits are {least:.15g} and {most:.15g} m"

@@ -100,7 +100,9 @@ def _check_legs(document: Document) -> None:
                     document.report(keys[key], child(path, key), "a leg has none")
             continue
         given = keys.get("leg")
-        if cable.is_mapping and any(legs) and (given is None or given.value is False):
+        if given is not None and given.value is not False:
+            continue  # no bool, which the schema says
+        if cable.is_mapping and any(legs):
             rule = f"{'missing' if given is None else 'must be true'}: either every cable is a leg or none is"
             document.report(given or cable, child(path, "leg"), rule)
         elif "length_limits_m" in keys:
