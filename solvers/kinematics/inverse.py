@@ -175,8 +175,7 @@ def answer_pose(
     NotSupportedError
         For a robot with uncertain scalars.
     """
-    require_treated(robot, not_on_six_legs(robot))
-    require_treated(robot, uncertain_data(robot, asker="ik"))
+    require_treated(robot, not_on_six_legs(robot) or uncertain_data(robot, asker="ik"))
     errors = InputErrors()
     subset = None if taut is None else errors.read(read_subset, taut, robot.cable_names, label("taut"))
     force = ZERO if external_force is None else errors.read(read_force, external_force)
@@ -189,9 +188,8 @@ def answer_pose(
         errors.add(f"{label('settle_within')}: only with {label('settle')}")
     else:
         check_positive(errors, label, settle_within=settle_within)
-    if robot.has_legs:
-        for text in _complaints_of_legs(robot, subset, slack_margin, settle, label):
-            errors.add(text)
+    for text in _complaints_of_legs(robot, subset, slack_margin, settle, label):
+        errors.add(text)
     model = static_model(robot, force or ZERO)
     if pose is not None and model.rows == 3 and np.abs(pose.rotation - np.eye(3)).max() > ORTHOGONAL:
         errors.add(f"{label('pose')}: this robot is a point mass, which has no orientation")
@@ -227,7 +225,9 @@ def _complaints_of_legs(
     settle: bool,
     label: Callable[[str], str],
 ) -> Iterator[str]:
-    """Yield what a question about a Gough platform may not ask."""
+    """Yield what a question about a Gough platform may not ask; nothing for cables."""
+    if not robot.has_legs:
+        return
     if taut is not None and len(taut) != len(robot.cables):
         yield f"{label('taut')}: all {len(robot.cables)} legs carry, got {len(taut)}"
     if slack_margin != SLACK_MARGIN:

@@ -24,6 +24,8 @@ def names_beyond(robot: Robot, lengths: Lengths) -> tuple[str, ...]:
 def _beyond(
     robot: Robot, lengths: Lengths
 ) -> Iterator[tuple[Cable, tuple[float | Fraction, float | Fraction]]]:
+    if not robot.has_legs:
+        return
     for cable, (lo, hi) in zip(robot.cables, lengths, strict=True):
         limits = cable.length_limits
         if limits is not None and not limits[0] <= lo <= hi <= limits[1]:
