@@ -21,11 +21,12 @@ from solvers.answers.result import Result
 from solvers.answers.tool import this_tool
 from solvers.classes import class_of
 from solvers.questions.arguments import require_flags
-from solvers.questions.checked import check_budgets, read_method, require_treated
+from solvers.questions.checked import check_budgets, not_on_six_legs, read_method, require_treated
 from solvers.questions.errors import InputErrors
 from solvers.questions.force import ZERO, no_load, read_force_ranges
 from solvers.questions.lengths import read_lengths
-from solvers.questions.problem import Options, Problem, Progress
+from solvers.questions.problem import Options, Problem, Progress, asked_of
+from solvers.questions.strokes import beyond_limits
 from solvers.questions.subset import read_subset
 from solvers.questions.tension import read_tension_limits
 
@@ -60,7 +61,7 @@ def forward_kinematics(
     ignore_slack : bool
         Keep poses at which a cable outside the taut subset is too short to be slack, marked so.
     ignore_tension_sign : bool
-        Six taut cables of a platform as rigid legs, tensions of any sign.
+        Six taut cables of a platform as rigid legs, tensions of any sign; always of a Gough platform.
     method : {"auto", "search", "convex"}
         How a point-mass robot is solved.
     precision : float
@@ -150,7 +151,8 @@ def pose_problem(
     NotSupportedError
         When all rules are kept, but no solver of this version can treat the robot.
     """
-    errors = InputErrors()
+    require_treated(robot, not_on_six_legs(robot))
+    errors, options = InputErrors(), asked_of(robot, options)
     names = robot.cable_names
     ranges = errors.read(read_lengths, lengths, names, label("lengths")) or ()
     force = ZERO if external_force is None else errors.read(read_force_ranges, external_force) or ZERO
@@ -159,9 +161,8 @@ def pose_problem(
         subset = tuple(range(6))
     limits = None if tension is None else errors.read(read_tension_limits, tension, label("tension"))
     if tension is not None and options.ignore_tension_sign:
-        errors.add(
-            f"{label('tension')}: not together with {label('ignore_tension_sign')}: such legs push, too"
-        )
+        rule = f"not together with {label('ignore_tension_sign')}: such legs push, too"
+        errors.add(f"{label('tension')}: {'not of legs, which push, too' if robot.has_legs else rule}")
     kind = class_of(robot)
     if taut is None or subset is not None:
         for text in kind.complaints(robot, subset, options, label):
@@ -177,7 +178,7 @@ def pose_problem(
 
 def answer_question(problem: Problem, options: Options) -> Result:
     """Put a checked question to the solver of the robot's class and return the result."""
-    start = time.perf_counter()
+    start, options = time.perf_counter(), asked_of(problem.robot, options)
     if options.record is not None:
         options.record.budget = Budget(options.time_limit)
     try:
@@ -213,7 +214,7 @@ def build_result(problem: Problem, options: Options, answer: Answer, seconds: fl
         ),
         outcome=answer.outcome,
         stop_reason=answer.stop_reason,
-        message=message_of(answer),
+        message="; ".join([message_of(answer), *beyond_limits(robot, problem.lengths)]),
         solutions=sort_solutions(answer.solutions),
         undecided=sort_undecided(answer.undecided),
         pending=answer.pending,

@@ -30,7 +30,7 @@ from cdpr_interval.text.count import counted
 from solvers.answers.result import Result
 from solvers.forward import answer_question, pose_problem
 from solvers.point_mass import scope as point_mass
-from solvers.questions.checked import mixed_cables, over_pulleys, require_treated, uncertain_data
+from solvers.questions.checked import mixed_cables, on_legs, over_pulleys, require_treated, uncertain_data
 from solvers.questions.force import read_force
 from solvers.questions.problem import Method, Options, Problem
 from solvers.tensions import TensionProblem, height, solve_tensions, tension_problem
@@ -186,6 +186,7 @@ def polynomial_report(
     (2, True)
     """
     robot = require_robot(robot)
+    require_treated(robot, on_legs(robot, "polynomial"))
     require_treated(robot, over_pulleys(robot, "polynomial") or mixed_cables(robot, "polynomial"))
     require_treated(robot, uncertain_data(robot, asker="polynomial"))
     force = None if external_force is None else read_force(external_force)

@@ -45,7 +45,7 @@ from solvers.classes import require_supported
 from solvers.forward import build_result
 from solvers.point_mass import scope as point_mass
 from solvers.point_mass.entry import IDENTITY
-from solvers.questions.checked import over_pulleys, require_treated
+from solvers.questions.checked import on_legs, over_pulleys, require_treated
 from solvers.questions.errors import InputErrors
 from solvers.questions.force import ZERO, no_load, read_force_ranges
 from solvers.questions.lengths import read_lengths
@@ -97,6 +97,7 @@ def tension_problem(
         ranges = errors.read(read_tensions, tensions, [names[i] for i in chosen])
     errors.require_none()
     assert chosen is not None and ranges is not None
+    require_treated(robot, on_legs(robot, "given tensions"))
     if not point_mass.accepts(robot):
         raise NotSupportedError(
             f"robot '{robot.name}': given tensions are for point masses, this is a platform"

@@ -173,6 +173,14 @@ def tension_limits(value: tuple[Fraction, Fraction]) -> tuple[Fraction, Fraction
     return value
 
 
+def lengths_rising(value: tuple[Fraction, Fraction]) -> tuple[Fraction, Fraction]:
+    """Return two lengths, both above 0 and the second one larger."""
+    if value[0] <= 0 or value[0] == value[1]:
+        got = f"[{decimal(value[0])}, {decimal(value[1])}]"
+        raise ValueError(f"must be two lengths above 0, the second larger, got {got}")
+    return value
+
+
 Positive = Annotated[Quantity, AfterValidator(positive)]
 PositiveNumber = Annotated[Number, AfterValidator(positive)]
 NotNegativeNumber = Annotated[Number, AfterValidator(at_least_zero)]

@@ -83,6 +83,10 @@ class Elasticity(Part):
         return {key: plain_scalar(value) for key, value in keys.items() if value is not None}
 
 
+NOT_OF_LEGS = ("elasticity", "tension_limits", "winch", "pulley")
+"""What a cable may have and a leg has not."""
+
+
 @dataclass(frozen=True)
 class Cable(Part):
     """One cable: exit point A_i in the base frame, platform point B_i in the platform frame, in m."""
@@ -97,19 +101,27 @@ class Cable(Part):
     """What moves the cable; its tolerances are no uncertain scalars of the robot."""
     pulley: Pulley | None = None
     """What the cable runs over; its arm is measured from ``frame_anchor``, the point A."""
+    leg: bool = False
+    """A strut of a Gough platform, which pushes and pulls, instead of a cable."""
+    length_limits: tuple[Fraction, Fraction] | None = None
+    """Of a leg, in m; reported against, never a filter."""
 
     def __post_init__(self) -> None:
-        """Take the numbers exactly."""
+        """Take the numbers exactly, and see that a leg has nothing that only cables have."""
         for name in ("frame_anchor", "platform_anchor"):
             self._keep(name, read_point(getattr(self, name), name))
-        if self.tension_limits is not None:
-            if not isinstance(self.tension_limits, list | tuple) or len(self.tension_limits) != 2:
-                raise InputError(f"tension_limits: must be 2 numbers, got {self.tension_limits!r}")
-            lo, hi = self.tension_limits
-            self._keep(
-                "tension_limits",
-                (exact(read_scalar(lo, "tension_limits")), exact(read_scalar(hi, "tension_limits"))),
-            )
+        for name in ("tension_limits", "length_limits"):
+            if (limits := getattr(self, name)) is not None:
+                self._keep(name, _exact_pair(limits, name))
+        if not isinstance(self.leg, bool):
+            raise InputError(f"leg: must be true or false, got {self.leg!r}")
+        if self.leg and (given := [name for name in NOT_OF_LEGS if getattr(self, name) is not None]):
+            raise InputError(f"{given[0]}: a leg has none")
+        if self.length_limits is not None:
+            if not self.leg:
+                raise InputError("length_limits: only of a leg")
+            if not 0 < self.length_limits[0] < self.length_limits[1]:
+                raise InputError("length_limits: must be two lengths above 0, the second larger")
 
     def middle(self) -> Cable:
         """Return it with every range replaced by its middle."""
@@ -136,7 +148,19 @@ class Cable(Part):
             block["tension_limits_N"] = list(map(plain_scalar, self.tension_limits))
         if self.winch is not None:
             block["winch"] = self.winch.to_dict()
+        if self.leg:
+            block["leg"] = True
+        if self.length_limits is not None:
+            block["length_limits_m"] = list(map(plain_scalar, self.length_limits))
         return block
+
+
+def _exact_pair(value: Any, name: str) -> tuple[Fraction, Fraction]:
+    """Return two numbers that are known exactly."""
+    if not isinstance(value, list | tuple) or len(value) != 2:
+        raise InputError(f"{name}: must be 2 numbers, got {value!r}")
+    lo, hi = (exact(read_scalar(end, name)) for end in value)
+    return lo, hi
 
 
 @dataclass(frozen=True)
@@ -212,6 +236,8 @@ class Robot(Part):
             raise InputError("cables: must be one Cable or more")
         if len(set(self.cable_names)) < len(self.cables):
             raise InputError(f"cables: names must differ, got {', '.join(self.cable_names)}")
+        if len({cable.leg for cable in self.cables}) > 1:
+            raise InputError("cables: either every cable is a leg or none is")
 
     @classmethod
     def from_dict(cls, data: Mapping[str, Any], label: str = "robot") -> Robot:
@@ -389,6 +415,11 @@ class Robot(Part):
     def has_pulleys(self) -> bool:
         """True when at least one cable runs over a pulley."""
         return any(cable.pulley is not None for cable in self.cables)
+
+    @property
+    def has_legs(self) -> bool:
+        """True for a Gough platform: its cables are legs, all of them."""
+        return self.cables[0].leg
 
     @cached_property
     def is_mixed(self) -> bool:

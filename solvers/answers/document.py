@@ -27,7 +27,13 @@ R = TypeVar("R", bound=ResultData)
 
 MOST_COMPLAINTS = 20
 """About one document; the rest is counted."""
-ABSENT = {"note": "", "tension_respected": True, "tensions_given_N": None, "provenance": None}
+ABSENT = {
+    "note": "",
+    "tension_respected": True,
+    "tensions_given_N": None,
+    "provenance": None,
+    "outside_length_limits": [],
+}
 """Keys that are left out where they say nothing."""
 _RULES = {
     "missing": "missing",

@@ -40,7 +40,7 @@ def ik_html_of(result: IkData) -> str:
     """Return the sentence, the poses, the cables and what can be pasted of a result of inverse kinematics."""
     parts = [f"<p><b>{escape(ik_table.title_of(result))}</b></p>"]
     parts += [f"<p>{name} {escape(place)}</p>" for name, place in ik_table.poses_of(result)]
-    columns = 5 if result.outside_tension_limits else 4
+    columns = 5 if ik_table.outside_of(result) else 4
     rows = ik_table.rows_of(result)
     parts.append(_table((*ik_table.HEAD, "remarks")[:columns], (row[:columns] for row in rows), len(rows)))
     parts += [f"<p><code>{escape(option)}</code></p>" for option in ik_table.options_of(result)]

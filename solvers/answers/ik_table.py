@@ -28,12 +28,17 @@ def poses_of(result: IkData) -> list[tuple[str, str]]:
     return found
 
 
+def outside_of(result: IkData) -> tuple[str, ...]:
+    """Return the names of cables whose tension, and of legs whose length, is outside its limits."""
+    return (*result.outside_tension_limits, *result.outside_length_limits)
+
+
 def rows_of(result: IkData) -> list[tuple[str, str, str, str, str]]:
     """Return name, distance, length, tension and a remark of every cable."""
-    rows = []
+    rows, outside = [], outside_of(result)
     for i, name in enumerate(result.cables):
         length = "-" if result.lengths is None else f"{result.lengths[i]:.6f}"
-        remark = OUTSIDE if name in result.outside_tension_limits else ""
+        remark = OUTSIDE if name in outside else ""
         rows.append((name, f"{result.distances[i]:.6f}", length, f"{result.tensions[i]:.4f}", remark))
     return rows
 

@@ -118,13 +118,16 @@ class IkData(Described):
     lengths_option: str | None
     """The lengths as ``--lengths`` takes them, each restoring its double."""
     tensions: Floats
-    """The non-negative tensions of least norm, or the best fit where the pose is not static."""
+    """The non-negative tensions of least norm, or the best fit where the pose is not static; of
+    legs the forces of any sign, negative where a leg pushes."""
     residual: Residual
     """What of the load the cables leave."""
     settled: Settling | None
     """How far the pose was moved; null: that was not asked for."""
     outside_tension_limits: tuple[str, ...]
     """Cables whose tension is outside their ``tension_limits_N``; reported, never a filter."""
+    outside_length_limits: tuple[str, ...] = ()
+    """Legs whose length is outside their ``length_limits_m``; reported, never a filter; absent for none."""
     provenance: Provenance | None = field(default=None, compare=False)
     """Where the result comes from; left out of results written before there was one."""
 

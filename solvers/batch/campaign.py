@@ -28,6 +28,7 @@ from solvers.batch.summary import Summary, write_summary
 from solvers.batch.work import Chunk, Task, solve_chunk
 from solvers.questions.force import ZERO, read_force
 from solvers.questions.lengths import read_lengths
+from solvers.questions.problem import asked_of
 
 ESTIMATE_SECONDS = 10.0
 """Time that an estimate may take."""
@@ -158,19 +159,19 @@ def result_of(ledger: Ledger, number: int) -> dict[str, Any]:
         raise InputError(f"job {number}: is a part of job {job.whole}, which has the result")
     if job.answer is None:
         raise InputError(f"job {number}: {job.status.value}{': ' + job.message if job.message else ''}")
-    asked, answer, settings = json.loads(job.input), json.loads(job.answer), ledger.settings()
+    asked, answer, robot = json.loads(job.input), json.loads(job.answer), robot_of(ledger, number)
+    settings = asked_of(robot, ledger.settings().options())
     question = {
         "command": "fk",
-        "taut": asked.get("taut"),
+        "taut": asked.get("taut", list(robot.cable_names) if settings.ignore_tension_sign else None),
         "ignore_slack": settings.ignore_slack,
         "ignore_tension_sign": settings.ignore_tension_sign,
-        "method": settings.method,
+        "method": settings.method.value,
         "precision": settings.precision,
         "external_force_N": [float(x) for x in asked.get("external_force_N", (0, 0, 0))],
         "tension_N": [float(x) for x in asked["tension_N"]] if "tension_N" in asked else None,
     }
     tool = {"name": this_tool().name, "version": ledger.fact("version")}
-    robot = robot_of(ledger, number)
     origin = to_json(_provenance(ledger, job, robot, asked, answer))
     return result_document(answer, robot, question, tool, origin)
 

@@ -254,6 +254,8 @@ def _expansion(
     # What follows draws around exact numbers, or asks `ik`, which takes no others.
     require_treated(robot, uncertain_data(robot, asker="poses and perturbations"))
     if isinstance(block, job_schema.PosesBlock):
+        if block.settle and robot.has_legs:
+            raise InputError("settle: is for cables, legs hold the pose that is asked for")
         return PoseGrid(index, robot, asked, _axes(block, robot), bool(block.settle))
     assert isinstance(block, job_schema.MonteCarloBlock)
     lengths = read_lengths(block.lengths_m, names, "lengths_m")

@@ -17,7 +17,7 @@ from cdpr_interval.exact.vector import Vector
 from cdpr_interval.robots.cable_robot import Cable, Elasticity, Robot
 from cdpr_interval.text.literal import read_number
 from solvers.questions.checked import require_certifiable
-from solvers.questions.problem import Method, Options, Problem
+from solvers.questions.problem import Method, Options, Problem, asked_of
 
 Question = tuple[str, int, int, str]
 """Robot, problem, item and input of a job."""
@@ -107,8 +107,8 @@ def problem_of(
     """Return the checked problem and the options of a job, for the perturbed robot; see `pose_problem`."""
     from solvers.forward import pose_problem
 
-    options = settings.options()
     own, force = perturbed(robot, asked), asked.get("external_force_N")
+    options = asked_of(own, settings.options())
     problem = pose_problem(own, lengths, asked.get("taut"), force, options, tension=asked.get("tension_N"))
     if settings.certificates:
         require_certifiable(problem)
@@ -126,13 +126,11 @@ def perturbed(robot: Robot, asked: dict[str, Any]) -> Robot:
         return robot
     cables = list(robot.cables)
     for i, cable in enumerate(cables):
-        cables[i] = Cable(
-            cable.name,
-            _vector(asked, "frame_anchors_m", i) or cable.frame_anchor,
-            _vector(asked, "platform_anchors_m", i) or cable.platform_anchor,
-            _elasticity(cable, asked, i),
-            cable.tension_limits,
-            cable.winch,
+        cables[i] = replace(
+            cable,
+            frame_anchor=_vector(asked, "frame_anchors_m", i) or cable.frame_anchor,
+            platform_anchor=_vector(asked, "platform_anchors_m", i) or cable.platform_anchor,
+            elasticity=_elasticity(cable, asked, i),
         )
     platform = robot.platform
     if "mass_kg" in asked:

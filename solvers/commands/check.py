@@ -136,4 +136,5 @@ def _question(source: str | None, given: dict[str, Any]) -> tuple[Robot, Asked] 
         force = errors.read(read_force, given["external_force"], "--external-force") or ZERO
     errors.require_none()
     assert robot is not None
-    return robot, Asked(lengths, force, taut, given["ignore_slack"], given["ignore_tension_sign"])
+    any_sign = given["ignore_tension_sign"] or robot.has_legs
+    return robot, Asked(lengths, force, taut, given["ignore_slack"], any_sign)

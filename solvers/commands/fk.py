@@ -165,6 +165,7 @@ def _read(
     """Return the checked question, or raise with every error of the command line and the files."""
     from cdpr_interval.robots.formats.reader import load_robot
     from solvers.questions.checked import require_certifiable
+    from solvers.questions.problem import asked_of
 
     errors = InputErrors()
     robot = errors.read(load_robot, source)
@@ -192,6 +193,7 @@ def _read(
             errors.add(f"--certificate: for at most {MOST_CABLES} cables")
     errors.require_none()
     assert problem is not None and options is not None
+    options = asked_of(problem.robot, options)
     if certificate is not None:
         require_certifiable(problem)
     return problem, options

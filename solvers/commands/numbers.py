@@ -56,8 +56,13 @@ def say_middles(text: str, label: str) -> None:
 def warn_of_lengths(
     robot: Robot, lengths: Sequence[tuple[float | Fraction, float | Fraction]], label: str
 ) -> None:
-    """Say on standard error when lengths are far beyond the size of the robot; they are taken as given."""
-    from solvers.questions.scale import absurd_lengths
+    """Say on standard error what lengths are beyond limits of legs, or far beyond the size of the robot.
 
-    if text := absurd_lengths(robot, lengths):
+    They are taken as given.
+    """
+    from solvers.questions.scale import absurd_lengths
+    from solvers.questions.strokes import beyond_limits
+
+    absurd = absurd_lengths(robot, lengths)
+    for text in [*([absurd] if absurd else []), *beyond_limits(robot, lengths)]:
         click.echo(f"warning: {label}: {text}", err=True)

@@ -152,9 +152,8 @@ def _summary(robot: Robot) -> list[str]:
     from solvers.classes import class_of
 
     kind = class_of(robot).title
-    cables = "mixed cables" if robot.is_mixed else "elastic" if robot.is_elastic else "inextensible"
     lines = [
-        f"{robot.name}: valid, {kind} on {counted(len(robot.cables), 'cable')}, {cables}",
+        f"{robot.name}: valid, {kind} on {_carriers(robot)}",
         f"  mass {_scalar(robot.platform.mass)} kg",
         f"  centre of mass {_point(robot.platform.centre_of_mass)} m",
         f"  gravity {_point(robot.gravity)} m/s2",
@@ -174,6 +173,15 @@ def _summary(robot: Robot) -> list[str]:
     return lines
 
 
+def _carriers(robot: Robot) -> str:
+    """Return what carries a platform or a point mass."""
+    count = len(robot.cables)
+    if robot.has_legs:
+        return counted(count, "leg")
+    kind = "mixed cables" if robot.is_mixed else "elastic" if robot.is_elastic else "inextensible"
+    return f"{counted(count, 'cable')}, {kind}"
+
+
 def _cable(cable: Cable) -> str:
     text = f"{cable.name}: from {_point(cable.frame_anchor)} m to {_point(cable.platform_anchor)} m"
     if cable.pulley is not None:
@@ -184,6 +192,8 @@ def _cable(cable: Cable) -> str:
         text += f", EA = {_scalar(cable.elasticity.axial_stiffness)} N"
     if cable.tension_limits is not None:
         text += f", tension {_number(cable.tension_limits[0])} to {_number(cable.tension_limits[1])} N"
+    if cable.length_limits is not None:
+        text += f", length {_number(cable.length_limits[0])} to {_number(cable.length_limits[1])} m"
     return text
 
 

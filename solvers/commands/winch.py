@@ -315,9 +315,11 @@ def simulate(robot: str, **given: Any) -> int:
 
 def _robot(source: str) -> Robot:
     from cdpr_interval.robots.formats.reader import load_robot
+    from solvers.questions.checked import on_legs, require_treated
     from solvers.winches.session import winches_of
 
     robot = load_robot(source)
+    require_treated(robot, on_legs(robot, "winch"))
     winches_of(robot)
     return robot
 

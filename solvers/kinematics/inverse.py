@@ -4,14 +4,18 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from cdpr_interval.kernels.nonnegative import nonnegative_least_squares, smallest_nonnegative_solution
+from cdpr_interval.kernels.nonnegative import (
+    RANK_TOLERANCE,
+    nonnegative_least_squares,
+    smallest_nonnegative_solution,
+)
 from cdpr_interval.mechanics.cables.law import law_of
 from cdpr_interval.mechanics.orientation import (
     quaternion_from_rotation,
@@ -36,10 +40,11 @@ from solvers.answers.tool import this_tool
 from solvers.kinematics.settle import nearby
 from solvers.kinematics.settle import settle as settle_pose
 from solvers.questions.arguments import check_positive, is_number, require_flags, shown
-from solvers.questions.checked import require_treated, uncertain_data
+from solvers.questions.checked import not_on_six_legs, require_treated, uncertain_data
 from solvers.questions.errors import InputErrors
 from solvers.questions.force import NO_LOAD, ZERO, read_force
 from solvers.questions.pose import read_rpy
+from solvers.questions.strokes import names_beyond
 from solvers.questions.subset import read_subset
 
 Floats = NDArray[np.float64]
@@ -110,8 +115,9 @@ def inverse_kinematics(
     -------
     IkResult
         The tensions are the non-negative ones of least norm when the pose is static, else those that
-        balance the load best. Where settling found no static pose, or none near enough, the result is
-        about the pose that was given and has no lengths; ``settling`` says how far away the found one is.
+        balance the load best; the forces of legs have any sign. Where settling found no static pose, or
+        none near enough, the result is about the pose that was given and has no lengths; ``settling`` says
+        how far away the found one is.
 
     Raises
     ------
@@ -169,7 +175,7 @@ def answer_pose(
     NotSupportedError
         For a robot with uncertain scalars.
     """
-    require_treated(robot, uncertain_data(robot, asker="ik"))
+    require_treated(robot, not_on_six_legs(robot) or uncertain_data(robot, asker="ik"))
     errors = InputErrors()
     subset = None if taut is None else errors.read(read_subset, taut, robot.cable_names, label("taut"))
     force = ZERO if external_force is None else errors.read(read_force, external_force)
@@ -182,6 +188,8 @@ def answer_pose(
         errors.add(f"{label('settle_within')}: only with {label('settle')}")
     else:
         check_positive(errors, label, settle_within=settle_within)
+    for text in _complaints_of_legs(robot, subset, slack_margin, settle, label):
+        errors.add(text)
     model = static_model(robot, force or ZERO)
     if pose is not None and model.rows == 3 and np.abs(pose.rotation - np.eye(3)).max() > ORTHOGONAL:
         errors.add(f"{label('pose')}: this robot is a point mass, which has no orientation")
@@ -208,6 +216,24 @@ def answer_pose(
     )
     found = _answer(robot, model, pose, subset, question)
     return replace(found, provenance=provenance(robot, (), force))
+
+
+def _complaints_of_legs(
+    robot: Robot,
+    taut: tuple[int, ...] | None,
+    slack_margin: float,
+    settle: bool,
+    label: Callable[[str], str],
+) -> Iterator[str]:
+    """Yield what a question about a Gough platform may not ask; nothing for cables."""
+    if not robot.has_legs:
+        return
+    if taut is not None and len(taut) != len(robot.cables):
+        yield f"{label('taut')}: all {len(robot.cables)} legs carry, got {len(taut)}"
+    if slack_margin != SLACK_MARGIN:
+        yield f"{label('slack_margin')}: is for cables, legs are never slack"
+    if settle:
+        yield f"{label('settle')}: is for cables, legs hold the pose that is asked for"
 
 
 def _pose(
@@ -262,7 +288,9 @@ def _answer(
         settling = Settling(near, settled.is_static, settled.distance, settled.angle, settled.travel)
         pose = settled.pose if near else given
     distances = model.distances(pose)
-    tensions, residual, is_static = _tensions(model, pose, taut, question.wrench_tolerance)
+    tensions, residual, is_static = (_leg_forces if robot.has_legs else _tensions)(
+        model, pose, taut, question.wrench_tolerance
+    )
     lengths, short = _lengths(robot, distances, tensions, taut, question.slack_margin)
     needs_tensions = any(law_of(robot.cables[i]).stretches for i in taut)
     if short or (needs_tensions and not is_static) or (settling is not None and not settling.succeeded):
@@ -289,7 +317,9 @@ def _answer(
         residual=Residual(_triple(residual[:3]), _triple(moment)),
         settled=settling,
         outside_tension_limits=_outside_limits(robot, tensions, taut),
-        message=_message(model, question, residual, is_static, settling, short, _idle(model, tensions, taut)),
+        outside_length_limits=names_beyond(robot, [(length, length) for length in distances.tolist()]),
+        message=_message(model, question, residual, is_static, settling, short, _idle(model, tensions, taut))
+        + _singular(robot, model, pose),
     )
 
 
@@ -309,6 +339,18 @@ def _tensions(
             break
     tensions[list(taut)] = size * fitted
     return tensions, residual, is_static
+
+
+def _leg_forces(
+    model: StaticModel, pose: Pose, taut: tuple[int, ...], tolerance: float
+) -> tuple[Floats, Floats, bool]:
+    """Return what `_tensions` does, with forces of any sign: the least ones where several would do."""
+    size = float(np.linalg.norm(model.load))
+    columns, load = model.wrenches(pose)[:, taut], model.load_wrench
+    forces = np.zeros(len(model.names))
+    forces[list(taut)] = size * np.linalg.lstsq(columns, -load / size, rcond=RANK_TOLERANCE)[0]
+    residual = columns @ forces[list(taut)] + load
+    return forces, residual, _within(residual, tolerance * size)
 
 
 def _within(residual: Floats, limit: float) -> bool:
@@ -343,8 +385,8 @@ def _outside_limits(robot: Robot, tensions: Floats, taut: tuple[int, ...]) -> tu
 
 
 def _idle(model: StaticModel, tensions: Floats, taut: tuple[int, ...]) -> tuple[str, ...]:
-    """Return the taut cables that carry nothing."""
-    return tuple(model.names[i] for i in taut if tensions[i] <= 1e-9 * float(np.linalg.norm(model.load)))
+    """Return the taut cables, or the legs, that carry nothing."""
+    return tuple(model.names[i] for i in taut if abs(tensions[i]) <= 1e-9 * float(np.linalg.norm(model.load)))
 
 
 def _message(
@@ -375,6 +417,14 @@ def _message(
     if short:
         text += f"; the stretch exceeds the distance: {', '.join(short)}"
     return text
+
+
+def _singular(robot: Robot, model: StaticModel, pose: Pose) -> str:
+    """Return what is said of legs that do not hold the platform at a pose; nothing of others."""
+    if not robot.has_legs:
+        return ""
+    rank = np.linalg.matrix_rank(model.wrenches(pose), rtol=RANK_TOLERANCE)
+    return "; the legs are singular there: they hold it no more" if rank < model.rows else ""
 
 
 def _triple(values: Floats) -> tuple[float, float, float]:

@@ -38,7 +38,7 @@ from solvers.motions.result import Motion
 from solvers.motions.start import Starts, chosen, is_of_middles, mover_at, question_at_start
 from solvers.motions.times import between, shown_time
 from solvers.motions.trail import Span, Trail, lead
-from solvers.questions.checked import check_budgets, require_treated
+from solvers.questions.checked import check_budgets, on_legs, require_treated
 from solvers.questions.errors import InputErrors
 from solvers.questions.force import no_load
 from solvers.questions.problem import Options, Progress
@@ -160,6 +160,7 @@ def motion_problem(
     NotSupportedError
         No solver of this version can treat the robot.
     """
+    require_treated(robot, on_legs(robot, "motion"))
     require_treated(robot, class_of(robot).refuses(robot))
     errors, names, file = InputErrors(), robot.cable_names, None
     if isinstance(lengths, str | os.PathLike):

@@ -8,6 +8,7 @@ from cdpr_interval.mechanics.loaded import NO_FORCE
 from cdpr_interval.robots.cable_robot import POINT_MASS, Robot
 from cdpr_interval.robots.numbers import Point, is_exact_point
 from solvers.questions.arguments import Label
+from solvers.questions.checked import not_on_six_legs
 from solvers.questions.problem import Options
 
 
@@ -23,6 +24,8 @@ def is_routed(robot: Robot) -> bool:
 
 def refuses(robot: Robot, force: Point = NO_FORCE) -> str | None:
     """Return why this version cannot treat a point mass under a force (N); None where it can."""
+    if (reason := not_on_six_legs(robot)) is not None:
+        return reason
     if is_routed(robot) and not is_exact_point(robot.gravity):
         return "ranges of gravity are not supported with pulleys or with cables of two kinds yet"
     return None

@@ -16,6 +16,9 @@ from solvers.questions.arguments import (
 from solvers.questions.errors import InputErrors
 from solvers.questions.problem import Method, Options, Problem
 
+SIX_LEGS = 6
+"""Legs of a Gough platform: fewer leave it free, more hold it in no pose for nearly all lengths."""
+
 
 def check_budgets(options: Options, errors: InputErrors, label: Label) -> None:
     """Note a precision, budgets or a number of threads that are not positive, and what is of a wrong kind."""
@@ -102,6 +105,21 @@ def mixed_cables(robot: Robot, asker: str = "") -> str | None:
 def over_pulleys(robot: Robot, asker: str = "") -> str | None:
     """Return why a robot with pulleys is refused by ``asker``, or None for one without."""
     return _by("pulleys are not supported", asker, robot.has_pulleys)
+
+
+def on_legs(robot: Robot, asker: str) -> str | None:
+    """Return why a Gough platform is refused by ``asker``, which is about cables; None for a cable robot."""
+    return f"legs are not supported by {asker}: for cables only" if robot.has_legs else None
+
+
+def not_on_six_legs(robot: Robot) -> str | None:
+    """Return why legs are refused: they are treated where exactly six carry a platform; None for cables."""
+    if not robot.has_legs:
+        return None
+    if robot.model != SIX_DOF:
+        return "legs carry a platform, this is a point mass"
+    count = len(robot.cables)
+    return None if count == SIX_LEGS else f"a platform on legs needs exactly six, got {count}"
 
 
 def _by(text: str, asker: str, applies: bool) -> str | None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
 from functools import cached_property
 from typing import Any, Protocol
@@ -93,6 +93,13 @@ class Options:
     """Keeps what a certificate needs of the searches."""
     parts: Parts | None = None
     """Searches of a platform's subsets that were done elsewhere; the others are done here."""
+
+
+def asked_of(robot: Robot, options: Options) -> Options:
+    """Return the options of a question about a robot: legs push and pull, whatever was asked for."""
+    if not robot.has_legs or options.ignore_tension_sign:
+        return options
+    return replace(options, ignore_tension_sign=True)
 
 
 @dataclass(frozen=True)

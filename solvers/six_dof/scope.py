@@ -12,7 +12,7 @@ from cdpr_interval.robots.numbers import Point
 from cdpr_interval.robots.pulley import BISECTOR
 from cdpr_interval.text.count import counted
 from solvers.questions.arguments import Label
-from solvers.questions.checked import uncertain_data
+from solvers.questions.checked import not_on_six_legs, uncertain_data
 from solvers.questions.problem import Method, Options
 from solvers.six_dof.real.columns import MOST_CARRYING
 
@@ -32,6 +32,8 @@ def accepts(robot: Robot) -> bool:
 
 def refuses(robot: Robot, force: Point = NO_FORCE) -> str | None:
     """Return why this version cannot treat a platform under a force (N); None where it can."""
+    if (reason := not_on_six_legs(robot)) is not None:
+        return reason
     if not needs_real_cells(robot):
         return None
     for cable in robot.cables:
@@ -61,10 +63,20 @@ def complaints(robot: Robot, taut: tuple[int, ...] | None, options: Options, lab
     elif taut is not None and sum(robot.cables[i].elasticity is None for i in taut) > MOST_TAUT:
         yield f"{label('taut')}: more than {MOST_TAUT} cables that do not stretch"
     tight = count if taut is None else len(taut)
-    if options.ignore_tension_sign and tight != MOST_TAUT:
+    if robot.has_legs:
+        yield from _complaints_of_legs(robot, tight, options, label)
+    elif options.ignore_tension_sign and tight != MOST_TAUT:
         rule = f"needs exactly six taut cables of a platform, got {counted(tight, 'cable')}"
         yield f"{label('ignore_tension_sign')}: {rule}"
     elif options.ignore_tension_sign and needs_real_cells(robot):
         yield f"{label('ignore_tension_sign')}: is for straight inextensible cables"
     if options.method is Method.CONVEX:
         yield f"{label('method')}: 'convex' is for point-mass robots, this is a platform"
+
+
+def _complaints_of_legs(robot: Robot, tight: int, options: Options, label: Label) -> Iterator[str]:
+    """Yield the rules that a question about a Gough platform breaks."""
+    if tight != len(robot.cables):
+        yield f"{label('taut')}: all {len(robot.cables)} legs carry, got {tight}"
+    if options.ignore_slack:
+        yield f"{label('ignore_slack')}: is for cables, legs are never slack"

@@ -32,7 +32,7 @@ from cdpr_interval.robots.formats.given import require_robot
 from cdpr_interval.robots.numbers import Point
 from solvers.answers.data import Outcome, Solution
 from solvers.answers.message import message_of
-from solvers.questions.checked import require_treated
+from solvers.questions.checked import on_legs, require_treated
 from solvers.questions.force import ZERO, no_load, read_force_ranges
 from solvers.questions.lengths import read_lengths
 from solvers.questions.problem import Options, Problem
@@ -154,6 +154,7 @@ class Tracker:
         robot = require_robot(robot)
         if not scope.accepts(robot):
             raise InputError(f"robot '{robot.name}': is a point mass; use PointMass, it needs no start")
+        require_treated(robot, on_legs(robot, "Tracker"))
         require_treated(robot, scope.refuses(robot))
         self._robot = robot
         self._is_real = scope.needs_real_cells(robot)

@@ -20,7 +20,7 @@ from cdpr_interval.robots.winch import WinchLimits
 from solvers.answers.data import CableState
 from solvers.classes import class_of
 from solvers.kinematics.inverse import inverse_kinematics
-from solvers.questions.checked import require_treated, uncertain_data
+from solvers.questions.checked import on_legs, require_treated, uncertain_data
 from solvers.winches.where import MeasuredPose, whereabouts
 
 Floats = NDArray[np.float64]
@@ -153,6 +153,7 @@ def plan(
     The pieces cover the path without gaps: each is a box of lengths around its set-points, the straight lines
     between them, and what is not known of the lengths, and the pose is proved for the whole box.
     """
+    require_treated(robot, on_legs(robot, "winch move"))
     require_treated(robot, uncertain_data(robot, asker="winch move"))
     held = np.array(commanded, dtype=np.float64)
     here = _here(robot, ranges)

@@ -16,6 +16,7 @@ from solvers.answers.data import CableState, Solution, StopReason
 from solvers.answers.fields import numbers
 from solvers.classes import class_of
 from solvers.forward import forward_kinematics
+from solvers.questions.checked import on_legs, require_treated
 from solvers.six_dof.scope import needs_real_cells
 from solvers.six_dof.tracker import Tracker
 
@@ -109,6 +110,7 @@ def whereabouts(robot: Robot, ranges: Ranges, threads: int = 1) -> Whereabouts:
     threads : int
         For the search of a platform's poses.
     """
+    require_treated(robot, on_legs(robot, "winch where"))
     if class_of(robot).solves_ranges:
         result = forward_kinematics(robot, list(ranges), threads=threads)
         is_interrupted = result.stop_reason is StopReason.INTERRUPTED

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from cdpr_interval.exact.range import Range
-from cdpr_interval.files.document import Document, child
+from cdpr_interval.files.document import Document, Node, child
 from cdpr_interval.files.fields import SHAPES, bounds
 from cdpr_interval.files.validation import Models
 from cdpr_interval.robots.cable_robot import Cable, Elasticity, Platform, Robot
@@ -17,12 +17,15 @@ from cdpr_interval.text.literal import quote
 
 LAZY = {"": ("winches",), "cables": ("winch",)}
 """Keys of blocks that are only known to the models of winches, for suggestions."""
+NOT_OF_LEGS = ("elasticity", "tension_limits_N", "winch", "pulley")
+"""Keys of a cable that a leg cannot have."""
 
 
 def robot(document: Document) -> Robot:
     """Check the tree against the schema and build the robot, or raise with every error."""
     _check_names(document)
     _check_winches(document)
+    _check_legs(document)
     found = _robot(_models(document).validated(document), notes_of(document))
     return found.read_from(document.data) if document.data else found
 
@@ -83,6 +86,35 @@ def _check_winches(document: Document) -> None:
             document.report(node, f"{path}.node", f"{node.literal} is the node of cables[{other}] already")
 
 
+def _check_legs(document: Document) -> None:
+    """Report cables beside legs, what a leg cannot have, and limits of a length without a leg."""
+    cables = document.root.mapping.get("cables")
+    entries = cables.items if cables else []
+    legs = [_is_leg(cable) for cable in entries]
+    for index, cable in enumerate(entries):
+        path = child("cables", index)
+        keys = cable.mapping
+        if legs[index]:
+            for key in NOT_OF_LEGS:
+                if key in keys:
+                    document.report(keys[key], child(path, key), "a leg has none")
+            continue
+        given = keys.get("leg")
+        if given is not None and given.value is not False:
+            continue  # no bool, which the schema says
+        if cable.is_mapping and any(legs):
+            rule = f"{'missing' if given is None else 'must be true'}: either every cable is a leg or none is"
+            document.report(given or cable, child(path, "leg"), rule)
+        elif "length_limits_m" in keys:
+            place = child(path, "length_limits_m")
+            document.report(keys["length_limits_m"], place, "only of a leg, with leg: true")
+
+
+def _is_leg(cable: Node) -> bool:
+    leg = cable.mapping.get("leg")
+    return leg is not None and leg.value is True
+
+
 def _robot(block: schema.RobotBlock, notes: str | None) -> Robot:
     """Return the robot of validated blocks; absent keys take the model's defaults."""
     given: dict[str, Any] = {}
@@ -112,6 +144,8 @@ def _cable(block: schema.CableBlock) -> Cable:
         block.tension_limits_N,
         _winch(block),
         None if block.pulley is None else _pulley(block.pulley),
+        block.leg,
+        block.length_limits_m,
     )
 
 

@@ -15,6 +15,7 @@ from cdpr_interval.files.fields import (
     CABLE_NAME,
     SHAPES,
     Block,
+    Flag,
     Pair,
     Positive,
     Quantity,
@@ -25,6 +26,7 @@ from cdpr_interval.files.fields import (
     cable_name,
     integer,
     kind,
+    lengths_rising,
     not_zero,
     one_line,
     one_of,
@@ -120,6 +122,10 @@ class CableBlock(Block):
     """Absent: a fixed exit point."""
     tension_limits_N: Annotated[Pair, AfterValidator(tension_limits)] | None = None
     """Reported against, never a filter."""
+    leg: Flag = False
+    """True: a strut that pushes and pulls; then every cable is one, without elasticity, pulley and winch."""
+    length_limits_m: Annotated[Pair, AfterValidator(lengths_rising)] | None = None
+    """Of a leg; reported against, never a filter."""
 
 
 class PlatformBlock(Block):

@@ -36,6 +36,7 @@ from cdpr_interval.files.fields import (
     integer,
     kind,
     known_type,
+    lengths_rising,
     list_of,
     number,
     type_tag,
@@ -70,13 +71,6 @@ def _sign(value: object) -> int:
     if abs(found) != 1:
         raise ValueError(f"must be 1 or -1, got {decimal(found)}")
     return int(found)
-
-
-def _rising(value: tuple[Fraction, Fraction]) -> tuple[Fraction, Fraction]:
-    if value[0] <= 0 or value[0] == value[1]:
-        got = f"[{decimal(value[0])}, {decimal(value[1])}]"
-        raise ValueError(f"must be two lengths above 0, the second larger, got {got}")
-    return value
 
 
 def _not_negative(value: Any) -> Any:
@@ -167,7 +161,7 @@ DrumBlock = Annotated[
 class LimitsBlock(Block):
     """What a winch may do."""
 
-    length_m: Annotated[Pair, AfterValidator(_rising)]
+    length_m: Annotated[Pair, AfterValidator(lengths_rising)]
     velocity_m_s: PositiveNumber
     acceleration_m_s2: PositiveNumber
     following_error_m: PositiveNumber

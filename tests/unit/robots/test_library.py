@@ -14,6 +14,7 @@ CABLES = {
     "cogiro": 8,
     "fast": 6,
     "four_winches": 4,
+    "gough_40": 6,
     "grab33": 3,
     "irma4u": 4,
     "merlet_4_1": 4,

@@ -107,7 +107,18 @@ def test_ik_results_follow_their_schema(options):
     document = json.loads(inverse_kinematics(load_robot("uc3"), (5, 3, -6), **options).to_json())
     rules = schema("cdpr-ik-result-1")
     assert list(faults(document, rules, rules)) == []
-    assert list(document) == list(rules["properties"]) == [*rules["required"], "provenance"]
+    of_legs = [key for key in rules["properties"] if key == "outside_length_limits"]
+    assert list(document) == [key for key in rules["properties"] if key not in of_legs]
+    assert list(document) == [*rules["required"], "provenance"] and len(of_legs) == 1
+
+
+def test_ik_results_of_legs_follow_their_schema():
+    robot = load_robot("gough_40")
+    cables = [cable.replace(length_limits=("0.5", "1.2")) for cable in robot.cables]
+    document = json.loads(inverse_kinematics(robot.replace(cables=cables), (0.1, 0.2, 0.5)).to_json())
+    rules = schema("cdpr-ik-result-1")
+    assert list(faults(document, rules, rules)) == [] and document["outside_length_limits"]
+    assert list(document) == list(rules["properties"])
 
 
 def test_problems_follow_their_schema():
