@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from flint import arb, ctx
+from flint import arb, ctx, fmpq
 
 from certificates.arithmetic.floats import Floats
 from certificates.arithmetic.forms import Form
@@ -108,6 +108,15 @@ def test_nothing_is_known_of_roots_around_zero_and_angles_of_all_directions(kind
         around = kind.between(np.array([-1.0, 0.0]), np.array([2.0, 1.0]), 0)
         x, y = (kind.between(np.array([-1.0]), np.array([1.0]), k) for k in range(2))
         assert bounded_in(inverse_root(around)) == 0 and bounded_in(angle(x, y)) == 0
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_remainders_are_large_enough_where_most_is_left_to_them(kind: type[Form]):
+    """1 / sqrt(1 - e) with e next to 1/2: a power more would be too little."""
+    form, e = kind.near(np.array([1.0]), [np.array([0.499])]), np.full((SYMBOLS, 1), fmpq(-1), dtype=object)
+    found, number = inverse_root(form), at(form, e, 0)[0]
+    with ctx.workprec(BITS):
+        assert bounded_in(found) == 1 and not escaped(found, e, [arb(number).rsqrt()])
 
 
 @pytest.mark.parametrize(("value", "slope"), [(2**130, 1 - 2**130), (1, 2**110)])
