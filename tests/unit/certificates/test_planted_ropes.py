@@ -21,8 +21,9 @@ from certificates.leaves import Cells, in_some_view
 from certificates.problem import FORMAT, Problem, read_problem
 from certificates.routed.views import Lengths
 from certificates.search import RoutedSearch
-from certificates.stability import variation_of_ropes
+from certificates.stability import rope_to, variation_of_ropes
 from certificates.tree import Node
+from certificates.verdicts import NotProved
 from tests.unit.certificates.test_routed import SEED
 
 TAUT, SLACK = (0, 1, 2), (3, 4)
@@ -194,3 +195,24 @@ def test_a_cable_that_may_carry_nothing_holds_no_motion_back():
             cables = {i: (r, r, loose.densities[i]) for i, r in arms.items()}
             assert len(variation_of_ropes(problem, cables)[1]) == 2
     assert unstable > 0
+
+
+def test_a_rope_that_may_have_run_past_its_pulley_is_refused():
+    """Straight ahead of A the wrap is 0: of balls of anchors around there it may be negative, or none."""
+    with ctx.workprec(BITS):
+        problem = planted(np.random.default_rng(SEED))
+        pulley = problem.pulleys[0]
+        assert pulley is not None
+        k, r = unit(pulley.axis), arb(pulley.radius)
+        u = unit(cross(k, [arb(1), arb(2), arb(3)]))
+        for x, y, is_known in (
+            (arb(0.5), arb(3), True),
+            (arb(0.01), arb(3, 0.5), False),
+            (arb(0, 1), arb(3), False),
+        ):
+            end = [arb(a) + r * (x * b + y * c) for a, b, c in zip(problem.exits[0], u, k, strict=True)]
+            if is_known:
+                assert rope_to(problem, 0, end).wrapped >= arb(pulley.before)
+            else:
+                with pytest.raises(NotProved, match="may run past its pulley"):
+                    rope_to(problem, 0, end)

@@ -140,6 +140,15 @@ def test_an_angle_beyond_the_table_is_unknown():
         assert bounded_in(angle(Floats.near(np.cos(beyond)) + tiny, Floats.near(np.sin(beyond)) + tiny)) == 0
 
 
+@pytest.mark.parametrize("kind", KINDS)
+def test_an_angle_is_unknown_where_the_opposite_direction_is_possible(kind: type[Form]):
+    """The sine of (+-1, 0) from the direction 0 is 0 both times."""
+    with np.errstate(all="ignore"):
+        x, y = kind.between(np.array([-1.0]), np.array([1.0]), 0), kind.near(np.zeros(1))
+        assert bounded_in(angle(x + kind.constant(0.25), y)) == 0
+        assert bounded_in(angle(x * kind.constant(0.25) + kind.constant(1.0), y)) == 1
+
+
 def test_slopes_are_those_of_differences():
     with ctx.workprec(BITS):
         x, step = arb(2), arb(2) ** -60
