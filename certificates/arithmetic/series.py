@@ -64,8 +64,8 @@ def where_small(size: Any, form: Form) -> Form:
     """
     kind = type(form)
     is_small = size <= kind.numbers(np.array([0.5]))
-    found: Form = form * is_small + kind.unknown(np.where(is_small, kind.numbers(np.zeros(1)), kind.INFINITE))
-    return found
+    known: Form = form * is_small
+    return known + kind.unknown(np.where(is_small, kind.numbers(np.zeros(1)), kind.INFINITE))
 
 
 @cache

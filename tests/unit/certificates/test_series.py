@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from flint import arb, ctx
+from flint import arb, ctx, fmpq
 
 from certificates.arithmetic.floats import Floats
 from certificates.arithmetic.forms import Form
@@ -110,6 +110,15 @@ def test_nothing_is_known_of_roots_around_zero_and_angles_of_all_directions(kind
         assert bounded_in(inverse_root(around)) == 0 and bounded_in(angle(x, y)) == 0
 
 
+@pytest.mark.parametrize("kind", KINDS)
+def test_remainders_are_large_enough_where_most_is_left_to_them(kind: type[Form]):
+    """1 / sqrt(1 - e) with e next to 1/2: a power more would be too little."""
+    form, e = kind.near(np.array([1.0]), [np.array([0.499])]), np.full((SYMBOLS, 1), fmpq(-1), dtype=object)
+    found, number = inverse_root(form), at(form, e, 0)[0]
+    with ctx.workprec(BITS):
+        assert bounded_in(found) == 1 and not escaped(found, e, [arb(number).rsqrt()])
+
+
 @pytest.mark.parametrize(("value", "slope"), [(2**130, 1 - 2**130), (1, 2**110)])
 def test_integers_enclose_roots_of_numbers_that_are_far_from_their_values(value: int, slope: int):
     """The guess may be 0 in units, and a square of what is left above what stands for infinite."""
@@ -129,6 +138,15 @@ def test_an_angle_beyond_the_table_is_unknown():
     tiny = Floats.unknown(np.full(50, 1e-15))
     with np.errstate(all="ignore"):
         assert bounded_in(angle(Floats.near(np.cos(beyond)) + tiny, Floats.near(np.sin(beyond)) + tiny)) == 0
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_an_angle_is_unknown_where_the_opposite_direction_is_possible(kind: type[Form]):
+    """The sine of (+-1, 0) from the direction 0 is 0 both times."""
+    with np.errstate(all="ignore"):
+        x, y = kind.between(np.array([-1.0]), np.array([1.0]), 0), kind.near(np.zeros(1))
+        assert bounded_in(angle(x + kind.constant(0.25), y)) == 0
+        assert bounded_in(angle(x * kind.constant(0.25) + kind.constant(1.0), y)) == 1
 
 
 def test_slopes_are_those_of_differences():
