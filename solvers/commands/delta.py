@@ -19,12 +19,12 @@ OF_ALL = ("angles", "positions", "pose", "json_file", "quiet", "verbose")
 
 
 def is_delta(source: str) -> bool:
-    """Return True for a Delta that can be read; what is wrong with a source is said by who reads it."""
-    from cdpr_interval.robots.delta import DeltaRobot
-    from cdpr_interval.robots.formats.reader import load_machine
+    """Return True for a file that says it is a Delta's; what is wrong with a source its reader says."""
+    from cdpr_interval.robots.delta import FORMAT
+    from cdpr_interval.robots.formats.reader import stated_format
 
     try:
-        return isinstance(load_machine(source), DeltaRobot)
+        return stated_format(source) == FORMAT
     except CdprError:
         return False
 

@@ -10,7 +10,7 @@ import click
 from cdpr_interval.text.count import counted
 from solvers.commands.external_force import LABEL, external_force_option, read_external_force
 from solvers.commands.numbers import read_count, read_float, warn_of_lengths
-from solvers.commands.target import JsonTarget
+from solvers.commands.target import JsonTarget, json_option
 from solvers.commands.threads import read_threads, threads_option
 from solvers.commands.time_limit import read_time_limit, time_limit_option
 from solvers.questions.errors import InputErrors
@@ -71,13 +71,7 @@ MOST_CABLES = 64
 @time_limit_option("Stop after so many seconds.")
 @click.option("--cell-limit", metavar="N", help="Stop after so many cells.")
 @threads_option
-@click.option(
-    "--json",
-    "json_file",
-    metavar="FILE",
-    shell_complete=files,
-    help="Write the result as JSON; - is standard output.",
-)
+@json_option
 @click.option(
     "--certificate", metavar="FILE", shell_complete=files, help="Write the proof to a file and check it."
 )

@@ -9,9 +9,9 @@ import click
 
 from solvers.commands.external_force import external_force_option, read_external_force
 from solvers.commands.numbers import read_distance, read_float, say_middles, warn_of_lengths
-from solvers.commands.target import JsonTarget
+from solvers.commands.target import JsonTarget, json_option
 from solvers.questions.errors import InputErrors
-from solvers.shell.completion import files, robot_argument
+from solvers.shell.completion import robot_argument
 from solvers.shell.examples import examples
 
 if TYPE_CHECKING:
@@ -55,13 +55,7 @@ LARGE_TURN = radians(30)
     show_default=True,
     help="Residual, as a share of the weight, of a pose that counts as static.",
 )
-@click.option(
-    "--json",
-    "json_file",
-    metavar="FILE",
-    shell_complete=files,
-    help="Write the result as JSON; - is standard output.",
-)
+@json_option
 @click.option("-q", "--quiet", is_flag=True, help="No table.")
 @click.option("-v", "--verbose", is_flag=True, help="More about errors.")
 def command(robot: str, **given: Any) -> int:

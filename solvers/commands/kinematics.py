@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from solvers.commands.target import JsonTarget
+from solvers.commands.target import JsonTarget, json_option
 from solvers.commands.time_limit import read_time_limit, time_limit_option
 from solvers.questions.errors import InputErrors
-from solvers.shell.completion import files, robot_argument
+from solvers.shell.completion import robot_argument
 from solvers.shell.examples import examples
 
 if TYPE_CHECKING:
@@ -35,13 +35,7 @@ if TYPE_CHECKING:
     help="Half widths in m of a box to be proved free of singularities.",
 )
 @time_limit_option("Stop looking at the box after so many seconds.")
-@click.option(
-    "--json",
-    "json_file",
-    metavar="FILE",
-    shell_complete=files,
-    help="Write the result as JSON; - is standard output.",
-)
+@json_option
 @click.option("-q", "--quiet", is_flag=True, help="No table.")
 @click.option("-v", "--verbose", is_flag=True, help="More about errors.")
 def command(robot: str, **given: Any) -> Ending:

@@ -6,7 +6,7 @@ from typing import Any
 
 import click
 
-from solvers.commands.target import JsonTarget
+from solvers.commands.target import JsonTarget, json_option
 from solvers.questions.errors import InputErrors
 from solvers.shell.completion import files
 from solvers.shell.examples import examples
@@ -18,13 +18,7 @@ from solvers.shell.examples import examples
     epilog=examples("mobility delta_12_balls", "mobility four_bar --json -"),
 )
 @click.argument("mechanism", shell_complete=files)
-@click.option(
-    "--json",
-    "json_file",
-    metavar="FILE",
-    shell_complete=files,
-    help="Write the result as JSON; - is standard output.",
-)
+@json_option
 @click.option("-q", "--quiet", is_flag=True, help="No table.")
 @click.option("-v", "--verbose", is_flag=True, help="More about errors.")
 def command(mechanism: str, **given: Any) -> int:

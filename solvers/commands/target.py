@@ -7,8 +7,20 @@ import os
 import sys
 from pathlib import Path
 
+import click
+
 from cdpr_interval.errors import InputError
 from cdpr_interval.text.literal import quote
+from solvers.shell.completion import files
+
+json_option = click.option(
+    "--json",
+    "json_file",
+    metavar="FILE",
+    shell_complete=files,
+    help="Write the result as JSON; - is standard output.",
+)
+"""Of the commands that write one result."""
 
 
 class JsonTarget:

@@ -122,9 +122,9 @@ class DeltaIkData(Described):
     position: Triple
     """Middle of the pose."""
     angles: Three | None
-    """Of the arms, useful branch, within half a turn of 0."""
+    """Of the arms, useful branch, within half a turn of 0; bounds around half a turn stay in one piece."""
     other_branch: Three | None
-    """Of the arms, other branch, within half a turn of 0."""
+    """Of the arms, other branch, likewise."""
     positions: Three | None
     """Of carriages, useful branch: the one nearer to where the rail starts."""
     other_positions: Three | None

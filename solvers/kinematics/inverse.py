@@ -423,8 +423,9 @@ def _singular(robot: Robot, model: StaticModel, pose: Pose) -> str:
     """Return what is said of legs that do not hold the platform at a pose; nothing of others."""
     if not robot.has_legs:
         return ""
-    rank = np.linalg.matrix_rank(model.wrenches(pose), rtol=RANK_TOLERANCE)
-    return "; the legs are singular there: they hold it no more" if rank < model.rows else ""
+    values = np.linalg.svd(model.wrenches(pose), compute_uv=False)
+    is_singular = values[-1] <= RANK_TOLERANCE * values[0]
+    return "; the legs are singular there: they hold it no more" if is_singular else ""
 
 
 def _triple(values: Floats) -> tuple[float, float, float]:

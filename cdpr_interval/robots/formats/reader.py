@@ -75,6 +75,12 @@ def load_machine(source: str | os.PathLike[str]) -> Machine:
     return _read(parse_document(data, file))
 
 
+def stated_format(source: str | os.PathLike[str]) -> str | None:
+    """Return what a robot file says in ``format``, nothing else of it checked; None where it says nothing."""
+    word = parse_document(*read_robot(source)).root.mapping.get("format")
+    return word.value if word is not None and isinstance(word.value, str) else None
+
+
 def with_cables(machine: Machine) -> Robot:
     """Return a robot that has cables; `NotSupportedError` for another one."""
     if not isinstance(machine, Robot):
